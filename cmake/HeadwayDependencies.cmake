@@ -1,0 +1,37 @@
+# The libraries Headway stands on, all from Debian 12 (scripts/setup installs them).
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(tl-expected REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(embree 3 REQUIRED)
+find_package(octomap REQUIRED)
+
+add_library(headway_octomap INTERFACE)
+target_include_directories(headway_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
+target_link_libraries(headway_octomap INTERFACE ${OCTOMAP_LIBRARIES})
+
+add_library(headway_embree INTERFACE)
+target_link_libraries(headway_embree INTERFACE embree)
+
+# Debian's OpenCVConfig.cmake comes only with libopencv-dev, which drags in Qt, VTK and Java;
+# the four modules used here are found by themselves.
+find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+add_library(headway_opencv INTERFACE)
+target_include_directories(headway_opencv SYSTEM INTERFACE ${OPENCV_INCLUDE_DIR})
+foreach(module core imgproc imgcodecs calib3d)
+  find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
+  target_link_libraries(headway_opencv INTERFACE ${OPENCV_${module}_LIBRARY})
+endforeach()
+
+if(HEADWAY_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(rapidcheck REQUIRED)
+endif()
+if(HEADWAY_BENCH)
+  find_package(benchmark REQUIRED)
+endif()
