@@ -27,14 +27,15 @@ struct RangeView {
   std::vector<float> depth;        ///< Z [m], row-major height x width; NaN where nothing was measured
   std::vector<float> sigma_depth;  ///< standard deviation of Z [m], same layout; NaN where depth is
 
-  static constexpr double kPixelSigma = 0.28867513459481287;  ///< 1/sqrt(12): where in its pixel the point lies
+  static constexpr double kPixelSigma =
+      0.28867513459481287;  ///< 1/sqrt(12): where in its pixel the point lies
 
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(u);
   }
 
-  /// Covariance [m^2] of the point at pixel (u, v), for a rectified rig (paper, equations 2 to 4, with the error of
-  /// the disparity and the place inside the pixel independent):
+  /// Covariance [m^2] of the point at pixel (u, v), for a rectified rig (paper, equations 2 to 4, with the
+  /// error of the disparity and the place inside the pixel independent):
   ///   Sigma = (Z/f)^2 diag(su^2, su^2, 0) + (sigma_Z/Z)^2 P P^T,   sigma_Z/Z = sigma_d/d.
   Eigen::Matrix3d covariance(int u, int v) const {
     const double z = static_cast<double>(depth[index(u, v)]);

@@ -1,0 +1,56 @@
+// Turns the two raw images into those of two ideal cameras side by side, so that partners lie in the same
+// row.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "hal/frame.h"
+#include "vision/rectified_rig.h"
+#include "vision/rig.h"
+
+namespace headway::vision {
+
+/// Pixel tables are made once; rectifying is one bilinear look-up per pixel. The rectified images show only
+/// what both lenses saw entirely (no black borders) and have square pixels. Images that are rectified already
+/// (no distortion, no rotation, one focal length) are passed on untouched, so nothing is lost by resampling.
+class Rectifier {
+ public:
+  /// `scale` shrinks the rectified images (0.5: half the width and height). Throws InputError for an unusable
+  /// rig.
+  explicit Rectifier(const StereoRig& rig, double scale = 1);
+
+  const RectifiedRig& rig() const { return rig_; }
+  const PinholeCamera& camera() const { return rig_.camera; }
+  double baseline() const { return rig_.baseline; }  ///< [m]
+  /// Maps points of the raw left optical frame to the rectified one: a pure rotation.
+  const Eigen::Isometry3d& rectified_from_left() const { return rectified_from_left_; }
+  bool passes_through() const { return tables_[0].xy.empty(); }
+
+  /// Where each raw point goes: the rectified pixel of a raw pixel, of the left (0) or right (1) camera.
+  Eigen::Vector2d rectified_pixel(int side, const Eigen::Vector2d& raw) const;
+
+  /// True when both images have the size that the rig says.
+  bool accepts(const hal::GrayImage& left, const hal::GrayImage& right) const;
+  /// Writes both rectified images. Call only with images that it accepts.
+  void rectify(const hal::GrayImage& left, const hal::GrayImage& right, hal::GrayImage& left_out,
+               hal::GrayImage& right_out) const;
+
+ private:
+  struct Table {
+    cv::Mat xy, fraction;  // fixed-point look-up positions, as cv::convertMaps makes them
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // rectified_from_raw
+  };
+  void make_tables();
+
+  StereoRig raw_;
+  RectifiedRig rig_;
+  Eigen::Isometry3d rectified_from_left_ = Eigen::Isometry3d::Identity();
+  std::array<Table, 2> tables_;
+};
+
+}  // namespace headway::vision

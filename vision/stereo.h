@@ -1,0 +1,56 @@
+// The whole of vision: a pair of raw images in, uncertain points out.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "hal/frame.h"
+#include "vision/disparity_sigma.h"
+#include "vision/matcher.h"
+#include "vision/range_view.h"
+#include "vision/rectify.h"
+#include "vision/rig.h"
+
+namespace headway::vision {
+
+struct VisionConfig {
+  double scale = 1;  ///< of the matched images: 0.5 is four times faster and half as precise
+  SgbmConfig matcher;
+  SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
+};
+
+/// Rectifies, matches and triangulates. Everything is in the rectified left camera's optical frame; compose
+/// with `left_from_rectified` to come to the raw left camera's.
+class StereoVision {
+ public:
+  /// Throws InputError for an unusable rig or configuration.
+  explicit StereoVision(const StereoRig& rig, const VisionConfig& config = {});
+
+  /// What the pair shows. The view stays valid until the next call. A pair that cannot be used (wrong size)
+  /// gives a view without points, and `fault` says why; never throws because of an image.
+  const RangeView& see(const hal::StereoFrame& frame);
+
+  const std::string& fault() const { return fault_; }  ///< empty when the last pair was used
+
+  /// Of the last pair, for pictures.
+  const hal::GrayImage& rectified_left() const { return left_; }
+  const hal::GrayImage& rectified_right() const { return right_; }
+  const DisparityImage& disparity() const { return disparity_; }
+
+  const RectifiedRig& rig() const { return rectifier_.rig(); }
+  const PinholeCamera& camera() const { return rectifier_.camera(); }
+  Eigen::Isometry3d left_from_rectified() const { return rectifier_.rectified_from_left().inverse(); }
+
+ private:
+  bool usable(const hal::StereoFrame& frame);
+
+  Rectifier rectifier_;
+  SigmaModel sigma_;
+  std::unique_ptr<Matcher> matcher_;
+  hal::GrayImage left_, right_;
+  DisparityImage disparity_;
+  RangeView view_;
+  std::string fault_;
+};
+
+}  // namespace headway::vision
