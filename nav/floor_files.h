@@ -1,0 +1,18 @@
+// The floor map in map_server's convention: floor.pgm (occupied 0, free 254, unknown 205) and floor.yaml.
+#pragma once
+
+#include <filesystem>
+
+#include "nav/floor_map.h"
+
+namespace headway::nav {
+
+/// Writes floor.pgm and floor.yaml into a folder that exists. Throws InputError when it cannot.
+void write_map_server(const FloorMap& floor, const std::filesystem::path& folder);
+
+/// Reads a map_server YAML file and the 8-bit PGM (P5 or P2) it names, mode trinary, with any origin (yaw 0),
+/// thresholds and negate. Cells that are not unknown count as seen at `stamp`. Throws InputError on anything
+/// malformed.
+FloorMap read_map_server(const std::filesystem::path& yaml, Time stamp = Time{});
+
+}  // namespace headway::nav
