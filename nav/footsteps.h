@@ -1,0 +1,34 @@
+// From a path of cells to prints of feet, on the values that travel to the control computer.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "hal/footstep.h"
+#include "nav/gait.h"
+#include "nav/planner.h"
+
+namespace headway::nav {
+
+/// Footsteps in order. All are quantised, so the chain of stances is the one that the robot walks.
+struct Walk {
+  std::vector<hal::Footstep> steps;
+  std::vector<hal::Stance> stances;  ///< after each step
+  std::vector<Pose2> bases;          ///< carried by the foot that each step lands: where the body goes next
+};
+
+/// The base as carried by the foot that landed last (the planner's start while walking); at rest, the base
+/// midway between the feet.
+Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait);
+
+/// Steps along a path, from the stance after the committed steps. `last_foot`: the foot that lands last in
+/// it, so the other one swings next; nothing when at rest, then the better foot begins. The path's start
+/// should be gait_base(from, last_foot). The steps follow the lines between cell centres, correct what is off
+/// them on the way, and end with parallel feet at path.end (and path.end_yaw). No steps when already there.
+Walk place_feet(const Path& path, const hal::Stance& from, std::optional<hal::Foot> last_foot,
+                const FloorGrid& grid, const GaitLimits& gait);
+
+/// Steps that only bring the feet together where they are (none when they are parallel).
+Walk close_feet(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait);
+
+}  // namespace headway::nav

@@ -1,0 +1,103 @@
+// The steps that are sent and those that may still change. Owned by the bus loop: no heap, exceptions or
+// locks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "hal/footstep.h"
+#include "hal/time.h"
+#include "hal/walker.h"
+
+namespace headway::nav {
+
+/// Steps proposed by the frame loop. They follow on the committed steps before `first_index`.
+struct StepPlan {
+  static constexpr int kMost = 64;
+  std::uint8_t session = 0;
+  std::uint32_t first_index = 0;  ///< number of steps[0] in the session's walk
+  std::array<hal::Footstep, kMost> steps{};
+  int count = 0;
+  bool complete = false;  ///< the last step ends the walk; otherwise more is to follow
+  Time newest_frame{};    ///< exposure of the newest frame that the plan rests on
+};
+
+enum class PlanVerdict : std::uint8_t {
+  kTaken,
+  kLate,      ///< its first step is committed already
+  kSession,   ///< of another walk
+  kGap,       ///< it begins after the next step
+  kStopping,  ///< nothing more is committed in this session
+  kInvalid,   ///< count out of range, or the feet do not alternate
+};
+
+/// Why nothing more is committed in this session.
+enum class StackStop : std::uint8_t {
+  kNone,      ///< it goes on
+  kAsked,     ///< stop() was called
+  kMissed,    ///< no step was there at its deadline
+  kStale,     ///< the plan rested on frames too old at the deadline
+  kRejected,  ///< the control computer refused a step
+  kLost,      ///< its status stayed away, is a fault, or made no sense
+  kNoStart,   ///< it did not begin to walk in time
+};
+
+struct StepStackConfig {
+  Duration commit_from = seconds(0.45);    ///< a step may commit when this much of the step under way remains
+  Duration lead = seconds(0.30);           ///< and must be sent this long before its deadline
+  Duration margin = seconds(0.02);         ///< for the way to the wire
+  Duration max_map_age = seconds(1.0);     ///< a step commits only on a plan this fresh
+  Duration status_timeout = seconds(0.1);  ///< a status older than this is no status
+  Duration start_timeout = seconds(2.0);   ///< from the first step sent to walking
+};
+
+/// What the frame loop needs to know to plan on.
+struct Committed {
+  std::uint8_t session = 0;
+  std::uint32_t next_index = 0;  ///< the first step that may still change
+  hal::Stance stance;            ///< after all committed steps
+  std::optional<hal::Foot>
+      last_foot;  ///< the last one to land in it; nothing before the first step, and at rest
+  bool stopping = false;
+  StackStop why = StackStop::kNone;
+  bool at_rest = true;                             ///< no committed step is left to walk
+  Time newest_frame{};                             ///< of the plan of the last committed step
+  std::uint32_t taken = 0, late = 0, refused = 0;  ///< plans, since the program began
+};
+
+/// At any moment the committed steps are the one under way and at most the two after it, which the robot
+/// needs to come to rest. While step k is under way, step k+3 commits; its deadline is the start of step k+1.
+/// Whatever is missed ends the walk after the steps that are committed, feet as they land. Nothing sent is
+/// ever replaced.
+class StepStack {
+ public:
+  explicit StepStack(const StepStackConfig& config = {}) : config_(config) {}
+
+  /// A new walk from a stance. False, and nothing done, unless at rest and with a session number (0..15)
+  /// other than the last.
+  bool begin(std::uint8_t session, const hal::Stance& stance) noexcept;
+
+  PlanVerdict propose(const StepPlan& plan) noexcept;
+
+  /// Commits nothing more in this session.
+  void stop() noexcept { stop(StackStop::kAsked); }
+
+  /// Call once a bus cycle. The step to hand over now, if any; it is committed by sent().
+  std::optional<hal::NumberedStep> due(Time now, const hal::WalkStatus& status) noexcept;
+
+  /// The walker has taken the step that due() returned last (hal::Walker::send gave true).
+  void sent(Time now) noexcept;
+
+  const Committed& committed() const noexcept { return committed_; }
+  bool walking() const noexcept { return !committed_.at_rest; }
+
+ private:
+  void stop(StackStop why) noexcept;
+
+  StepStackConfig config_;
+  Committed committed_;
+  StepPlan plan_;
+};
+
+}  // namespace headway::nav
