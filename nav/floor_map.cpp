@@ -1,0 +1,123 @@
+#include "nav/floor_map.h"
+
+#include <algorithm>
+#include <string>
+
+#include "hal/error.h"
+
+namespace headway::nav {
+namespace {
+
+/// What stands in the columns, gathered from the bricks.
+struct Columns {
+  std::vector<std::uint8_t> obstacles;  ///< occupied voxels between floor tolerance and body height
+  std::vector<std::uint8_t> strong;     ///< one of them is sure
+  std::vector<std::uint8_t> floor;      ///< an occupied voxel at the foot
+};
+
+void gather(const VoxelMap& map, const FloorMapConfig& config, std::size_t brick, const FloorGrid& grid,
+            Columns& columns) {
+  constexpr int kEdge = VoxelMap::kBrickEdge;
+  const VoxelMap::Index first = kEdge * map.brick_at(brick);
+  const auto values = map.values(brick);
+  for (int z = 0; z < kEdge; ++z) {
+    const double height = map.centre(first + VoxelMap::Index(0, 0, z)).z();
+    const bool foot = first.z() + z >= map.foot_begin() && first.z() + z < map.foot_end();
+    const bool obstacle = height > config.floor_tolerance && height < config.body_height;
+    if (!foot && !obstacle) continue;
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const LogOdds value = values[static_cast<std::size_t>(VoxelMap::in_brick(x, y, z))];
+        if (value < log_odds::kOccupied) continue;
+        const std::size_t cell = grid.index({first.x() + x, first.y() + y});
+        if (foot) columns.floor[cell] = 1;
+        if (!obstacle) continue;
+        columns.obstacles[cell] = static_cast<std::uint8_t>(std::min(columns.obstacles[cell] + 1, 28));
+        if (value >= config.strong) columns.strong[cell] = 1;
+      }
+    }
+  }
+}
+
+/// Occupied voxels in the columns of a cell and its neighbours.
+int obstacles_around(const Columns& columns, const FloorGrid& grid, int x, int y) {
+  int sum = 0;
+  for (int j = std::max(y - 1, 0); j <= std::min(y + 1, grid.height - 1); ++j) {
+    for (int i = std::max(x - 1, 0); i <= std::min(x + 1, grid.width - 1); ++i) {
+      sum += columns.obstacles[grid.index({i, j})];
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+FloorMap unseen_floor(const FloorGrid& grid) {
+  return {grid, std::vector<Floor>(grid.size(), Floor::kUnseen), std::vector<Time>(grid.size(), kNever)};
+}
+
+void FloorMapConfig::validate() const {
+  const auto refuse = [](const std::string& what) { throw InputError("floor map: " + what); };
+  if (!(floor_tolerance >= 0 && floor_tolerance <= 0.5)) {
+    refuse("floor tolerance: " + std::to_string(floor_tolerance) + " m, expected 0 to 0.5 m");
+  }
+  if (!(body_height > floor_tolerance && body_height <= 10)) {
+    refuse("body height: " + std::to_string(body_height) +
+           " m, expected more than the floor tolerance, at most 10 m");
+  }
+  if (voxels_to_block < 1 || voxels_to_block > 9) {
+    refuse("voxels to block: " + std::to_string(voxels_to_block) + ", expected 1 to 9");
+  }
+}
+
+FloorGrid floor_grid(const VoxelMap& map) {
+  return {map.resolution(), map.lowest().head<2>(), map.size().x(), map.size().y()};
+}
+
+void floor_map(const VoxelMap& map, const FloorMapConfig& config, FloorMap& into) {
+  config.validate();
+  into.grid = floor_grid(map);
+  const std::size_t n = into.grid.size();
+  Columns columns{std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n)};
+  for (std::size_t b = 0; b < map.brick_count(); ++b) {
+    if (map.summary(b).occupied > 0) gather(map, config, b, into.grid, columns);
+  }
+  into.cells.resize(n);
+  into.seen_at.resize(n);
+  for (int y = 0; y < into.grid.height; ++y) {
+    for (int x = 0; x < into.grid.width; ++x) {
+      const std::size_t cell = into.grid.index({x, y});
+      const bool blocked =
+          columns.strong[cell] || (columns.obstacles[cell] > 0 &&
+                                   obstacles_around(columns, into.grid, x, y) >= config.voxels_to_block);
+      into.cells[cell] = blocked ? Floor::kBlocked : columns.floor[cell] ? Floor::kFree : Floor::kUnseen;
+      into.seen_at[cell] = map.floor_seen_at(x, y);
+    }
+  }
+}
+
+FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config) {
+  FloorMap floor;
+  floor_map(map, config, floor);
+  return floor;
+}
+
+void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp) {
+  const Pose2 start_from_map = start.inverse();
+  const double reach = std::max(area.radius, area.footprint_half.norm());
+  const Eigen::Vector2i first = floor.grid.cell(start.position() - Eigen::Vector2d::Constant(reach));
+  const Eigen::Vector2i last = floor.grid.cell(start.position() + Eigen::Vector2d::Constant(reach));
+  for (int y = std::max(first.y(), 0); y <= std::min(last.y(), floor.grid.height - 1); ++y) {
+    for (int x = std::max(first.x(), 0); x <= std::min(last.x(), floor.grid.width - 1); ++x) {
+      const Eigen::Vector2d seen_from_start = start_from_map * floor.grid.centre({x, y});
+      const bool under_robot = (seen_from_start.array().abs() <= area.footprint_half.array()).all();
+      const std::size_t cell = floor.grid.index({x, y});
+      if (!under_robot && (seen_from_start.norm() > area.radius || floor.cells[cell] != Floor::kUnseen))
+        continue;
+      floor.cells[cell] = Floor::kFree;
+      floor.seen_at[cell] = std::max(floor.seen_at[cell], stamp);
+    }
+  }
+}
+
+}  // namespace headway::nav

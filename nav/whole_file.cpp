@@ -1,0 +1,32 @@
+#include "nav/whole_file.h"
+
+#include <fstream>
+#include <system_error>
+
+#include "hal/error.h"
+
+namespace headway::nav {
+
+void write_whole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
+  std::filesystem::path part = file;
+  part += ".part";
+  std::error_code error;
+  {
+    std::ofstream out(part, std::ios::binary | std::ios::trunc);
+    if (!out) throw InputError(file.string() + ": cannot be written; is the folder there and writable?");
+    write(out);
+    out.close();
+    if (!out) {
+      std::filesystem::remove(part, error);
+      throw InputError(file.string() + ": cannot be written completely; is the disk full?");
+    }
+  }
+  std::filesystem::rename(part, file, error);
+  if (error) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw InputError(file.string() + ": cannot be replaced: " + error.message());
+  }
+}
+
+}  // namespace headway::nav
