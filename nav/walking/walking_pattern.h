@@ -1,0 +1,143 @@
+// From footsteps to motion: feet, centre of mass and yaw for every tick, by preview control of the ZMP.
+//
+// A step lasts from lift-off to the next lift-off: single support with the ZMP reference on the standing
+// sole's centre, then double support with the reference moving on to the next sole (or, after the last step,
+// to the middle between the feet). Before the first step the weight is shifted. The preview window ends
+// before the first moment about which a step not yet known could still decide, so what has been shown to the
+// controller never changes.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hal/footstep.h"
+#include "nav/walking/preview_control.h"
+
+namespace headway::nav {
+
+struct WalkingConfig {
+  /// The window: two of the shortest steps less a double support, 2 * 0.8 s - 0.1 s.
+  PreviewConfig preview{.window = 1.5};
+  double double_support = 0.10;     ///< at the end of each step [s]
+  double first_shift = 1.0;         ///< from the order to walk to the first lift-off [s]
+  double swing_height = 0.07;       ///< of the foot in mid swing [m]
+  double shortest_step = 0.8;       ///< [s]
+  double longest_step = 1.55;       ///< [s]
+  double settled_distance = 0.015;  ///< standing: the CoM is this near to the middle of the feet [m]
+  double settled_speed = 0.05;      ///< and no faster than this [m/s]
+
+  /// Throws InputError when a value makes no sense or the window is longer than two steps allow.
+  void validate() const;
+};
+
+enum class Support : std::uint8_t { kLeft, kRight, kBoth };
+
+/// A foot in the odometry frame; z = 0: its sole on the floor.
+struct FootPose {
+  Pose2 pose;
+  double z = 0;  ///< [m]
+};
+
+/// Everything at one tick, in the odometry frame.
+struct WalkingSample {
+  Eigen::Vector2d com{0, 0}, com_velocity{0, 0}, com_acceleration{0, 0};  ///< [m, m/s, m/s^2]
+  Eigen::Vector2d zmp{0, 0}, zmp_reference{0, 0};                         ///< of the model [m]
+  FootPose left, right;
+  double yaw = 0;  ///< mean of the feet [rad]
+  Support support = Support::kBoth;
+  std::uint32_t landed = 0;  ///< steps completed since construction
+
+  const FootPose& at(hal::Foot f) const { return f == hal::Foot::kLeft ? left : right; }
+};
+
+/// Real-time safe after construction.
+class WalkingPattern {
+ public:
+  static constexpr std::size_t kQueue = 8;  ///< steps that wait, besides the one under way
+
+  enum class Phase : std::uint8_t {
+    kStanding,  ///< at rest; pushed steps wait for begin()
+    kWalking,   ///< shifting the weight, or stepping
+    kSettling,  ///< the last step has landed, the CoM still moves
+  };
+
+  WalkingPattern(const WalkingConfig& config, const hal::Stance& start);
+
+  /// Appends a step. False, and nothing done, when the queue is full, the duration is out of bounds, the foot
+  /// swung last already, or the walk has been closed.
+  bool push(const hal::Footstep& step) noexcept;
+  /// Starts walking the steps there are; at most once per walk. No effect without steps or unless standing.
+  void begin() noexcept;
+  /// No further steps: walk what has been pushed, then rest. A walk also closes by itself when a step starts
+  /// and fewer than two more are known.
+  void close() noexcept { closed_ = true; }
+  /// Closes, and forgets what need not be walked: all but the step under way and two more (all, when
+  /// standing).
+  void abort() noexcept;
+  /// Opens a new walk; only when standing and nothing waits.
+  void reopen() noexcept;
+
+  /// One period on.
+  const WalkingSample& tick() noexcept;
+  const WalkingSample& sample() const noexcept { return sample_; }
+
+  Phase phase() const noexcept { return phase_; }
+  bool closed() const noexcept { return closed_; }
+  std::size_t queue_free() const noexcept;
+  /// Steps of this walk that have started (0: none); the one under way has index started() - 1.
+  std::uint32_t started() const noexcept { return started_; }
+  std::uint32_t pushed() const noexcept { return pushed_; }
+  /// Time until the step under way (with its first shift) ends; zero when none is.
+  Duration phase_remaining() const noexcept;
+  /// Where the feet will stand when all pushed steps have landed.
+  const hal::Stance& planned_stance() const noexcept { return planned_; }
+  const PreviewControl& control() const noexcept { return control_; }
+  const WalkingConfig& config() const noexcept { return config_; }
+
+ private:
+  struct Step {
+    hal::Foot foot = hal::Foot::kLeft;
+    Pose2 lift, landing, support;  ///< odometry frame
+    double lift_z = 0, landing_z = 0, support_z = 0;
+    int ticks = 0, single_ticks = 0;
+  };
+  static constexpr std::size_t kRing = 2 * kQueue;
+
+  const Step& step(std::uint32_t index) const noexcept { return ring_[index % kRing]; }
+  bool known(std::uint32_t index) const noexcept { return index < pushed_; }
+  void start_step(std::uint32_t index) noexcept;
+  void advance_feet() noexcept;
+  void write_ahead() noexcept;
+  void write(std::size_t ticks_ahead, const Eigen::Vector2d& reference) noexcept;
+  Eigen::Vector2d next_reference() noexcept;
+  void settle() noexcept;
+  void publish() noexcept;
+
+  WalkingConfig config_;
+  PreviewControl control_;
+  std::array<Step, kRing> ring_{};
+  hal::Stance planned_, standing_;
+  double left_z_ = 0, right_z_ = 0, planned_left_z_ = 0, planned_right_z_ = 0;
+  Phase phase_ = Phase::kStanding;
+  bool closed_ = false, any_step_ = false;
+  hal::Foot last_pushed_ = hal::Foot::kLeft;
+  std::uint32_t pushed_ = 0, started_ = 0, landed_ = 0;
+  int shift_ticks_ = 0, double_ticks_ = 0;
+  int tick_in_step_ = 0;  ///< of the step under way; negative while the weight is shifted before the first
+
+  // The reference window, written once per tick at its far end; kept twice so that it is always contiguous.
+  std::vector<Eigen::Vector2d> window_;
+  std::size_t window_ticks_ = 0, head_ = 0;
+  // Where the far end is: in which step, at which tick of it.
+  std::uint32_t write_step_ = 0;
+  int write_tick_ = 0;
+  bool writing_ = false;
+  Eigen::Vector2d rest_{0, 0};
+
+  WalkingSample sample_;
+};
+
+}  // namespace headway::nav

@@ -1,0 +1,91 @@
+// The robot's own control computer as a node on the bus: takes footsteps, walks them by preview control,
+// reports its state and where it believes its chest to be. It believes what it was told: the odometry is the
+// exact chain of the footsteps that it made; what really happens is in body.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "hal/can_bus.h"
+#include "hal/walker.h"
+#include "nav/walking/walking_pattern.h"
+#include "sim_hal/chest.h"
+
+namespace headway::sim {
+
+/// Landing of the swinging foot seen from the standing one. `side` is away from the standing foot.
+struct StrideLimits {
+  double forward = 0.255, backward = 0.15;           ///< [m]
+  double nearest_side = 0.15, farthest_side = 0.26;  ///< [m]
+  double yaw = 0.19;                                 ///< either way [rad]
+  double dz = 0.0;                                   ///< either way [m]
+
+  bool allow(const hal::Footstep& step) const;
+};
+
+struct ControlComputerConfig {
+  nav::WalkingConfig walking;
+  StrideLimits limits;
+  ChestConfig chest;
+  Duration first_wait = seconds(0.3);      ///< a walk of fewer than 3 steps begins this long after its first
+  Duration control_lost = seconds(0.15);   ///< without WalkControl: smooth stop
+  Duration status_period = seconds(0.02);  ///< WalkStatus, ChestXY, ChestZRot
+  Duration time_period = seconds(1);       ///< Time
+
+  void validate() const;
+};
+
+class ControlComputer final : public hal::BusNode {
+ public:
+  struct Counters {
+    std::uint64_t bad_crc = 0, bad_counter = 0, accepted = 0, rejected = 0, unsupported = 0;
+  };
+
+  /// Feet at `start` in the odometry frame.
+  ControlComputer(const ControlComputerConfig& config, const hal::Stance& start, hal::CanBus& bus,
+                  Time power_on);
+
+  void receive(const hal::CanFrame& frame) noexcept override;
+  /// Once every 5 ms (the walking pattern's period).
+  void tick(Time now) noexcept override;
+
+  /// Drives off: reports kFault from now on and moves no more.
+  void fail() noexcept;
+
+  const nav::WalkingSample& walking() const noexcept { return pattern_.sample(); }
+  const nav::WalkingPattern& pattern() const noexcept { return pattern_; }
+  /// Where it believes the chest to be (what travels in ChestXY and ChestZRot).
+  Eigen::Isometry3d odom_from_chest() const noexcept;
+  /// What it reports in WalkStatus.
+  hal::WalkStatus status() const noexcept;
+  const Counters& counters() const noexcept { return counters_; }
+
+ private:
+  void take_step(const hal::CanFrame& frame) noexcept;
+  void take_control(const hal::CanFrame& frame) noexcept;
+  hal::StepReject judge(std::uint8_t session, std::uint8_t seq, const hal::Footstep& step) const noexcept;
+  bool repeats_accepted(std::uint8_t seq) const noexcept;
+  void open_session(std::uint8_t session) noexcept;
+  void watch() noexcept;
+  void report() noexcept;
+  bool fresh(const hal::CanFrame& frame, int& last_counter) noexcept;
+
+  ControlComputerConfig config_;
+  hal::CanBus& bus_;
+  nav::WalkingPattern pattern_;
+  Time now_{};
+  bool failed_ = false;
+  std::uint8_t session_ = 0;
+  std::uint32_t accepted_ = 0;  ///< steps of this session
+  bool ended_late_ = false, stop_asked_ = false;
+  Time first_accepted_{}, control_heard_{};
+  std::uint8_t rejected_ = hal::kNoStep;
+  hal::StepReject reject_reason_ = hal::StepReject::kNone;
+  int step_counter_ = -1, control_counter_ = -1;
+  std::array<std::uint8_t, 4> send_counters_{};
+  std::uint8_t sample_ = 0;
+  Time next_status_{}, next_time_{};
+  Counters counters_;
+};
+
+}  // namespace headway::sim
