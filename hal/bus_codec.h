@@ -47,7 +47,8 @@ struct Nmt {
   /// Nothing when a value is outside what the contract declares.
   constexpr std::optional<CanFrame> pack() const noexcept {
     std::uint64_t word = 0;
-    const bool declared = is_listed(command) && put(word, kFieldCommand, static_cast<std::int64_t>(command)) &&
+    const bool declared = is_listed(command) &&
+        put(word, kFieldCommand, static_cast<std::int64_t>(command)) &&
         put(word, kFieldNode, node);
     if (!declared) return std::nullopt;
     return frame_of(kId, kDlc, word);
@@ -55,10 +56,12 @@ struct Nmt {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<Nmt> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x000 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x000) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     Nmt m;
     const std::uint64_t word = word_of(frame);
-    const bool declared = get_as(word, kFieldCommand, m.command) && is_listed(m.command) &&
+    const bool declared = get_as(word, kFieldCommand, m.command) &&
+        is_listed(m.command) &&
         get_as(word, kFieldNode, m.node);
     if (!declared) return std::nullopt;
     return m;
@@ -84,7 +87,8 @@ struct Sync {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<Sync> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x080 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x080) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     return Sync{};
   }
   bool operator==(const Sync&) const = default;
@@ -112,7 +116,8 @@ struct Emcy {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<Emcy> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x091 && frame.id != 0x092) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x091 && frame.id != 0x092) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     Emcy m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCode, m.code) &&
@@ -170,7 +175,8 @@ struct StepCommand {
     std::uint64_t word = 0;
     const bool declared = put(word, kFieldCrc, crc) &&
         put(word, kFieldCounter, counter) &&
-        is_listed(foot) && put(word, kFieldFoot, static_cast<std::int64_t>(foot)) &&
+        is_listed(foot) &&
+        put(word, kFieldFoot, static_cast<std::int64_t>(foot)) &&
         put(word, kFieldKind, kind) &&
         put(word, kFieldSeq, seq) &&
         put(word, kFieldSession, session) &&
@@ -185,12 +191,14 @@ struct StepCommand {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<StepCommand> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x120 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x120) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     StepCommand m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
         get_as(word, kFieldCounter, m.counter) &&
-        get_as(word, kFieldFoot, m.foot) && is_listed(m.foot) &&
+        get_as(word, kFieldFoot, m.foot) &&
+        is_listed(m.foot) &&
         get_as(word, kFieldKind, m.kind) &&
         get_as(word, kFieldSeq, m.seq) &&
         get_as(word, kFieldSession, m.session) &&
@@ -259,7 +267,8 @@ struct WalkControl {
     std::uint64_t word = 0;
     const bool declared = put(word, kFieldCrc, crc) &&
         put(word, kFieldCounter, counter) &&
-        is_listed(request) && put(word, kFieldRequest, static_cast<std::int64_t>(request)) &&
+        is_listed(request) &&
+        put(word, kFieldRequest, static_cast<std::int64_t>(request)) &&
         put(word, kFieldSession, session) &&
         put(word, kFieldLastSeq, last_seq) &&
         put_scaled(word, kFieldMapAge, 0.001, 0, map_age);
@@ -269,12 +278,14 @@ struct WalkControl {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<WalkControl> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x121 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x121) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     WalkControl m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
         get_as(word, kFieldCounter, m.counter) &&
-        get_as(word, kFieldRequest, m.request) && is_listed(m.request) &&
+        get_as(word, kFieldRequest, m.request) &&
+        is_listed(m.request) &&
         get_as(word, kFieldSession, m.session) &&
         get_as(word, kFieldLastSeq, m.last_seq) &&
         get_scaled(word, kFieldMapAge, 0.001, 0, m.map_age);
@@ -331,7 +342,8 @@ struct WalkOrder {
     std::uint64_t word = 0;
     const bool declared = put(word, kFieldCrc, crc) &&
         put(word, kFieldCounter, counter) &&
-        is_listed(kind) && put(word, kFieldKind, static_cast<std::int64_t>(kind)) &&
+        is_listed(kind) &&
+        put(word, kFieldKind, static_cast<std::int64_t>(kind)) &&
         put(word, kFieldSession, session) &&
         put(word, kFieldSeq, seq) &&
         put_scaled(word, kFieldX, 0.002, 0, x) &&
@@ -343,12 +355,14 @@ struct WalkOrder {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<WalkOrder> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x122 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x122) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     WalkOrder m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
         get_as(word, kFieldCounter, m.counter) &&
-        get_as(word, kFieldKind, m.kind) && is_listed(m.kind) &&
+        get_as(word, kFieldKind, m.kind) &&
+        is_listed(m.kind) &&
         get_as(word, kFieldSession, m.session) &&
         get_as(word, kFieldSeq, m.seq) &&
         get_scaled(word, kFieldX, 0.002, 0, m.x) &&
@@ -455,13 +469,16 @@ struct WalkStatus {
     std::uint64_t word = 0;
     const bool declared = put(word, kFieldCrc, crc) &&
         put(word, kFieldCounter, counter) &&
-        is_listed(state) && put(word, kFieldState, static_cast<std::int64_t>(state)) &&
+        is_listed(state) &&
+        put(word, kFieldState, static_cast<std::int64_t>(state)) &&
         put(word, kFieldSeqExecuting, seq_executing) &&
         put(word, kFieldSeqAccepted, seq_accepted) &&
         put(word, kFieldQueueFree, queue_free) &&
-        is_listed(reject_reason) && put(word, kFieldRejectReason, static_cast<std::int64_t>(reject_reason)) &&
+        is_listed(reject_reason) &&
+        put(word, kFieldRejectReason, static_cast<std::int64_t>(reject_reason)) &&
         put_scaled(word, kFieldPhaseRemaining, 0.001, 0, phase_remaining) &&
-        is_listed(support_foot) && put(word, kFieldSupportFoot, static_cast<std::int64_t>(support_foot)) &&
+        is_listed(support_foot) &&
+        put(word, kFieldSupportFoot, static_cast<std::int64_t>(support_foot)) &&
         put(word, kFieldSession, session) &&
         put(word, kFieldSeqRejected, seq_rejected);
     if (!declared) return std::nullopt;
@@ -470,18 +487,22 @@ struct WalkStatus {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<WalkStatus> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x130 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x130) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     WalkStatus m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
         get_as(word, kFieldCounter, m.counter) &&
-        get_as(word, kFieldState, m.state) && is_listed(m.state) &&
+        get_as(word, kFieldState, m.state) &&
+        is_listed(m.state) &&
         get_as(word, kFieldSeqExecuting, m.seq_executing) &&
         get_as(word, kFieldSeqAccepted, m.seq_accepted) &&
         get_as(word, kFieldQueueFree, m.queue_free) &&
-        get_as(word, kFieldRejectReason, m.reject_reason) && is_listed(m.reject_reason) &&
+        get_as(word, kFieldRejectReason, m.reject_reason) &&
+        is_listed(m.reject_reason) &&
         get_scaled(word, kFieldPhaseRemaining, 0.001, 0, m.phase_remaining) &&
-        get_as(word, kFieldSupportFoot, m.support_foot) && is_listed(m.support_foot) &&
+        get_as(word, kFieldSupportFoot, m.support_foot) &&
+        is_listed(m.support_foot) &&
         get_as(word, kFieldSession, m.session) &&
         get_as(word, kFieldSeqRejected, m.seq_rejected);
     if (!declared) return std::nullopt;
@@ -536,7 +557,8 @@ struct ChestXY {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<ChestXY> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x131 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x131) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     ChestXY m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
@@ -592,7 +614,8 @@ struct ChestZRot {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<ChestZRot> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x132 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x132) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     ChestZRot m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
@@ -641,7 +664,8 @@ struct ControlTime {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<ControlTime> unpack(const CanFrame& frame) noexcept {
-    if (frame.id != 0x140 || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x140) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     ControlTime m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCrc, m.crc) &&
@@ -681,7 +705,8 @@ struct DriveStatus {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<DriveStatus> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x191 && frame.id != 0x192) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x191 && frame.id != 0x192) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     DriveStatus m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldStatusword, m.statusword) &&
@@ -721,7 +746,8 @@ struct DriveCommand {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<DriveCommand> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x211 && frame.id != 0x212) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x211 && frame.id != 0x212) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     DriveCommand m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldControlword, m.controlword) &&
@@ -760,7 +786,8 @@ struct DriveMotion {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<DriveMotion> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x291 && frame.id != 0x292) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x291 && frame.id != 0x292) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     DriveMotion m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_scaled(word, kFieldPosition, 0.001, 0, m.position_deg) &&
@@ -800,7 +827,8 @@ struct SdoAnswer {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<SdoAnswer> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x591 && frame.id != 0x592) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x591 && frame.id != 0x592) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     SdoAnswer m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCommand, m.command) &&
@@ -843,7 +871,8 @@ struct SdoRequest {
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<SdoRequest> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x611 && frame.id != 0x612) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x611 && frame.id != 0x612) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     SdoRequest m;
     const std::uint64_t word = word_of(frame);
     const bool declared = get_as(word, kFieldCommand, m.command) &&
@@ -893,17 +922,20 @@ struct Heartbeat {
   constexpr std::optional<CanFrame> pack(std::uint32_t id) const noexcept {
     if (id != 0x701 && id != 0x711 && id != 0x712) return std::nullopt;
     std::uint64_t word = 0;
-    const bool declared = is_listed(state) && put(word, kFieldState, static_cast<std::int64_t>(state));
+    const bool declared = is_listed(state) &&
+        put(word, kFieldState, static_cast<std::int64_t>(state));
     if (!declared) return std::nullopt;
     return frame_of(id, kDlc, word);
   }
 
   /// Nothing when the frame is another message, has another length or an undeclared value.
   static constexpr std::optional<Heartbeat> unpack(const CanFrame& frame) noexcept {
-    if ((frame.id != 0x701 && frame.id != 0x711 && frame.id != 0x712) || frame.dlc != kDlc) return std::nullopt;
+    if (frame.id != 0x701 && frame.id != 0x711 && frame.id != 0x712) return std::nullopt;
+    if (frame.dlc != kDlc) return std::nullopt;
     Heartbeat m;
     const std::uint64_t word = word_of(frame);
-    const bool declared = get_as(word, kFieldState, m.state) && is_listed(m.state);
+    const bool declared = get_as(word, kFieldState, m.state) &&
+        is_listed(m.state);
     if (!declared) return std::nullopt;
     return m;
   }

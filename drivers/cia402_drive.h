@@ -1,0 +1,132 @@
+// One drive of the head (CiA 402, profile position): set up, led to Operation enabled, given set-points,
+// watched.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/canopen_master.h"
+#include "drivers/drive_setup.h"
+#include "hal/bus_codec.h"
+#include "hal/cia402.h"
+#include "hal/time.h"
+
+namespace headway::drivers {
+
+struct DriveTimeouts {
+  SdoClient::Config sdo;
+  Duration pdo = hal::bus::DriveStatus::kTimeout;       ///< status or position missed
+  Duration heartbeat = hal::bus::Heartbeat::kTimeout;   ///< drive gone
+  Duration state = std::chrono::seconds(2);             ///< for one transition of the drive's states
+  Duration set_point = std::chrono::milliseconds(500);  ///< for the acknowledgement of a set-point
+};
+
+enum class DrivePhase : std::uint8_t {
+  kOrdering,  ///< to be sent to pre-operational
+  kSettingUp,
+  kEnabling,  ///< on its way to Operation enabled
+  kRunning,
+  kFailed,
+};
+
+enum class DriveFailure : std::uint8_t {
+  kNone,
+  kSetupTimedOut,        ///< no SDO answer in all tries
+  kSetupRefused,         ///< an SDO abort; see abort_code
+  kSetupReadsDifferent,  ///< an object did not keep its value
+  kStateTimedOut,        ///< did not follow towards Operation enabled
+  kSetPointTimedOut,     ///< does not acknowledge set-points
+  kDriveFault,           ///< its state is Fault
+  kEmergency,            ///< it sent an emergency message
+  kGone,                 ///< its heartbeat stays away
+};
+
+/// What is known of a drive, for the black box and the screen.
+struct DriveReport {
+  DrivePhase phase = DrivePhase::kOrdering;
+  DriveFailure failure = DriveFailure::kNone;
+  hal::cia402::State state = hal::cia402::State::kNotReadyToSwitchOn;
+  hal::cia402::Object object;        ///< being set up, or that failed
+  std::uint32_t abort_code = 0;      ///< of an SDO abort
+  std::uint16_t emergency_code = 0;  ///< of the newest emergency message
+  std::uint32_t boot_ups = 0;        ///< boot-up messages heard
+};
+
+/// Real-time safe. Positions are in 0.001 degree.
+class Cia402Drive {
+ public:
+  Cia402Drive(CanopenMaster& master, std::uint8_t node, const DriveNumbers& numbers,
+              const DriveTimeouts& timeouts) noexcept;
+
+  void receive(const hal::CanFrame& frame) noexcept;
+  void tick(Time now) noexcept;
+
+  /// The next set-point, clamped to the limits; the newest wins. Nothing happens unless running.
+  void aim(std::int32_t target) noexcept;
+  /// Stops where it is, as long as `hold`; afterwards it stays there until aimed again.
+  void hold(bool hold) noexcept;
+  /// After a failure: reset the fault and begin anew.
+  void recover() noexcept;
+
+  const DriveReport& report() const noexcept { return report_; }
+  bool is_running() const noexcept { return report_.phase == DrivePhase::kRunning; }
+  /// Status or position stayed away (judged at the last tick).
+  bool is_silent() const noexcept { return silent_; }
+  bool is_moving() const noexcept;
+  std::int32_t position() const noexcept { return position_; }
+  std::int32_t velocity() const noexcept { return velocity_; }
+  std::optional<Time> position_stamp() const noexcept { return motion_heard_; }
+  /// The set-point last acknowledged; the position until there is one.
+  std::int32_t accepted() const noexcept { return accepted_; }
+
+ private:
+  enum class Handshake : std::uint8_t { kIdle, kOffered, kWithdrawing };
+
+  void hear(const hal::bus::DriveStatus& status, Time stamp) noexcept;
+  void hear(const hal::bus::DriveMotion& motion, Time stamp) noexcept;
+  void hear(const hal::bus::Heartbeat& heartbeat, Time stamp) noexcept;
+  void hear(const hal::bus::Emcy& emergency) noexcept;
+
+  void begin() noexcept;
+  void fail(DriveFailure why) noexcept;
+  void order_pre_operational() noexcept;
+  void set_up(Time now) noexcept;
+  void enable(Time now) noexcept;
+  void start_running(Time now) noexcept;
+  void run(Time now) noexcept;
+  void shake_hands(Time now) noexcept;
+  void offer(Time now) noexcept;
+  std::uint16_t reset_fault(Time now) noexcept;
+  void say(std::uint16_t controlword, std::int32_t target, Time now) noexcept;
+  std::int32_t clamped(std::int32_t target) const noexcept;
+
+  CanopenMaster& master_;
+  std::uint8_t node_;
+  DriveNumbers numbers_;
+  DriveTimeouts timeouts_;
+  DriveSetup setup_;
+  HeartbeatWatch heartbeat_;
+  DriveReport report_;
+
+  std::uint16_t statusword_ = 0;
+  std::int8_t mode_ = 0;
+  std::int32_t position_ = 0, velocity_ = 0;
+  std::optional<Time> status_heard_, motion_heard_;
+  bool silent_ = true, start_ordered_ = false, start_again_ = false;
+
+  std::optional<Time> state_since_;  ///< the drive's state has been this one since
+  hal::cia402::State last_state_ = hal::cia402::State::kNotReadyToSwitchOn;
+  int fault_resets_ = 0;
+  std::optional<Time> fault_edge_;
+
+  Handshake handshake_ = Handshake::kIdle;
+  bool offer_pending_ = false, held_ = false;
+  int offers_unanswered_ = 0;
+  Time offered_at_{};
+  std::int32_t wanted_ = 0, offered_ = 0, accepted_ = 0;
+
+  std::optional<hal::bus::DriveCommand> said_;  ///< what the drive was last told
+  Time said_at_{};
+};
+
+}  // namespace headway::drivers

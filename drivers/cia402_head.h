@@ -1,0 +1,53 @@
+// The head as two CANopen drives (CiA 402, profile position) for pan and tilt, on any hal::CanBus.
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/canopen_master.h"
+#include "drivers/cia402_drive.h"
+#include "hal/can_bus.h"
+#include "hal/head.h"
+
+namespace headway::drivers {
+
+struct HeadConfig {
+  std::uint8_t pan_node = 0x11, tilt_node = 0x12;  ///< as in config/can/headway.dbc
+  hal::HeadLimits limits;
+  double quick_stop_deceleration = 10;  ///< [rad/s^2]
+  double following_error = 0.0873;      ///< the drive faults when it lags more than this [rad]...
+  Duration following_error_time = std::chrono::milliseconds(100);  ///< ...for this long
+  DriveTimeouts timeouts;
+
+  /// Throws InputError when no drive could work with these.
+  void validate() const;
+};
+
+/// Leads both drives to Operation enabled, keeps them there and hands them set-points. Real-time safe after
+/// construction. A drive that boots up unexpectedly, or comes back after it was gone, is set up again and
+/// first told to stay where it is; after a drive's own fault recover() is needed.
+class Cia402Head final : public hal::Head {
+ public:
+  /// Throws InputError as HeadConfig::validate. The bus must outlive the head.
+  Cia402Head(hal::CanBus& bus, const HeadConfig& config);
+
+  void receive(const hal::CanFrame& frame) noexcept override;
+  void tick(Time now) noexcept override;
+  void command(const hal::HeadAngles& target) noexcept override;
+  hal::HeadState state() const noexcept override { return state_; }
+
+  /// After a fault: begin anew with both drives.
+  void recover() noexcept;
+
+  const DriveReport& pan() const noexcept { return pan_.report(); }
+  const DriveReport& tilt() const noexcept { return tilt_.report(); }
+
+ private:
+  hal::HeadHealth judge() const noexcept;
+  void pair_positions() noexcept;
+
+  CanopenMaster master_;
+  Cia402Drive pan_, tilt_;
+  hal::HeadState state_;
+};
+
+}  // namespace headway::drivers
