@@ -1,0 +1,55 @@
+#include "app/report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <ostream>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "hal/error.h"
+#include "nav/whole_file.h"
+
+namespace headway::app {
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError(folder.string() + ": cannot be made a folder" +
+                     (error ? " (" + error.message() + ")" : "") +
+                     ", expected a place where files can be written");
+  }
+  // Asking for permissions would be wrong for root and on read-only disks; only trying tells.
+  const std::filesystem::path probe = folder / ".writable";
+  const bool writable = std::ofstream(probe).good();
+  std::filesystem::remove(probe, error);
+  if (!writable) throw InputError(folder.string() + ": cannot be written to, expected a writable folder");
+}
+
+void write_json(const std::filesystem::path& file, const Json& json) {
+  nav::write_whole(file, [&](std::ostream& out) { out << json.dump(2) << '\n'; });
+}
+
+Json rounded(double value, int decimals) {
+  if (!std::isfinite(value)) return nullptr;
+  const double unit = std::pow(10.0, decimals);
+  const double scaled = std::round(value * unit);
+  return scaled == 0 ? 0.0 : scaled / unit;  // no negative zero
+}
+
+Progress::Progress(std::string what) : what_(std::move(what)), terminal_(isatty(fileno(stderr)) == 1) {}
+
+Progress::~Progress() {
+  if (terminal_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::show(std::size_t done, std::size_t total, std::string_view note) {
+  if (!terminal_) return;
+  fmt::print(stderr, "\r\033[K{}: {}/{} {}", what_, done, total, note);
+  std::fflush(stderr);
+}
+
+}  // namespace headway::app
