@@ -1,7 +1,3 @@
-#include <CLI/CLI.hpp>
+#include "app/commands.h"
 
-int main(int argc, char** argv) {
-  CLI::App app{"Headway: vision, mapping and walking for a humanoid robot"};
-  CLI11_PARSE(app, argc, argv);
-  return 0;
-}
+int main(int argc, char** argv) { return headway::app::run_program(argc, argv); }

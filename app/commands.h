@@ -1,0 +1,29 @@
+// The program's commands, one file each. A command declares its options on a CLI11 subcommand and sets the
+// function to run; that function returns the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+
+namespace headway::app {
+
+/// What the program's exit code says.
+enum ExitCode : int {
+  kSuccess = 0,   ///< did what was asked
+  kNotReached = 1,  ///< ran to its end, but the aim was not reached (no way, collision, fall, poor result)
+  kBadInput = 2,  ///< an argument or a file is wrong; one line on stderr says which and how to mend it
+  kInternal = 3,  ///< a fault of the program or the machine
+};
+
+using Run = std::function<int()>;
+
+void add_sim(CLI::App& app, Run& run);
+void add_campaign(CLI::App& app, Run& run);
+void add_map(CLI::App& app, Run& run);
+void add_reconstruct(CLI::App& app, Run& run);
+
+/// Parses, runs and turns errors into exit codes; the body of main().
+int run_program(int argc, const char* const* argv);
+
+}  // namespace headway::app

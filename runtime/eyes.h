@@ -1,0 +1,82 @@
+// A camera and what makes uncertain points of its frames, as the frame loop uses them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/camera.h"
+#include "vision/stereo.h"
+#include "vision/triangulation.h"
+
+namespace headway::runtime {
+
+struct FrameStamp {
+  Time exposure{};
+  std::uint64_t sequence = 0;
+};
+
+class Eyes {
+ public:
+  virtual ~Eyes() = default;
+  /// Takes the newest frame, if there is one that was not taken before.
+  virtual std::optional<FrameStamp> take() = 0;
+  /// The points of the frame taken last, in the frame of `left_from_view`; valid until the next call.
+  virtual const vision::RangeView& see() = 0;
+  /// From the view's (rectified) frame to that of the left camera.
+  virtual Eigen::Isometry3d left_from_view() const = 0;
+  /// What the left camera saw, rectified; null for eyes without pictures.
+  virtual const hal::GrayImage* picture() const { return nullptr; }
+  /// Why the last frame gave no points; empty when it did.
+  virtual std::string fault() const { return {}; }
+};
+
+/// Two cameras and a matcher.
+class StereoEyes final : public Eyes {
+ public:
+  StereoEyes(hal::StereoCamera& camera, const vision::StereoRig& rig, const vision::VisionConfig& config)
+      : camera_(camera), vision_(rig, config) {}
+
+  std::optional<FrameStamp> take() override {
+    if (!camera_.take_newest(frame_)) return std::nullopt;
+    return FrameStamp{frame_.exposure, frame_.sequence};
+  }
+  const vision::RangeView& see() override { return vision_.see(frame_); }
+  Eigen::Isometry3d left_from_view() const override { return vision_.left_from_rectified(); }
+  const hal::GrayImage* picture() const override { return &vision_.rectified_left(); }
+  std::string fault() const override { return vision_.fault(); }
+
+ private:
+  hal::StereoCamera& camera_;
+  vision::StereoVision vision_;
+  hal::StereoFrame frame_;
+};
+
+/// A depth camera, or the simulator's range mode, mounted in place of a rectified left camera.
+class DepthEyes final : public Eyes {
+ public:
+  struct Config {
+    vision::PinholeCamera camera;
+    double near = 0.3, far = 6;  ///< [m]
+    vision::DepthSigma sigma;
+    Eigen::Isometry3d left_from_view = Eigen::Isometry3d::Identity();
+  };
+  DepthEyes(hal::DepthCamera& camera, const Config& config) : camera_(camera), config_(config) {}
+
+  std::optional<FrameStamp> take() override {
+    if (!camera_.take_newest(frame_)) return std::nullopt;
+    return FrameStamp{frame_.exposure, frame_.sequence};
+  }
+  const vision::RangeView& see() override {
+    view_ = vision::range_view(frame_, config_.camera, config_.near, config_.far, config_.sigma);
+    return view_;
+  }
+  Eigen::Isometry3d left_from_view() const override { return config_.left_from_view; }
+
+ private:
+  hal::DepthCamera& camera_;
+  Config config_;
+  hal::DepthFrame frame_;
+  vision::RangeView view_;
+};
+
+}  // namespace headway::runtime

@@ -1,0 +1,44 @@
+#include "runtime/floor_gate.h"
+
+namespace headway::runtime {
+
+Gate FloorGate::check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor,
+                      const Pose2& base_now, Time now) const {
+  Gate gate;
+  for (std::size_t step = from; step < walk.steps.size(); ++step) {
+    check_step(walk, step, floor, base_now, now, gate);
+    if (gate.blocked || !gate.missing.empty()) break;
+    ++gate.open;
+  }
+  return gate;
+}
+
+void FloorGate::check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor,
+                           const Pose2& base_now, Time now, Gate& gate) const {
+  const auto near = [&](const Eigen::Vector2i& cell) {
+    return (floor.grid.centre(cell) - base_now.position()).norm() < config_.blind_radius;
+  };
+  const auto judge = [&](const Eigen::Vector2i& cell, bool under_sole) {
+    const nav::Floor state = floor.at(cell);
+    const bool recent = now - floor.seen(cell) <= config_.recent;
+    if (state == nav::Floor::kBlocked) gate.blocked = true;
+    if (state != nav::Floor::kFree && (under_sole || !near(cell))) gate.missing.push_back(cell);
+    if (state == nav::Floor::kFree && !recent && !near(cell)) gate.missing.push_back(cell);
+  };
+  const hal::Footstep& footstep = walk.steps[step];
+  for (const auto& cell : nav::sole_cells(floor.grid, gait_, walk.stances[step].at(footstep.foot)))
+    judge(cell, true);
+  for (const auto& cell : nav::body_cells(floor.grid, outline_.bare(), walk.bases[step])) judge(cell, false);
+}
+
+bool FloorGate::clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const {
+  // Half the safety margin: a plan made with the whole of it is not thrown away for one more voxel.
+  nav::BodyOutline outline = outline_;
+  outline.safety_margin /= 2;
+  for (std::size_t step = from; step < walk.steps.size(); ++step)
+    for (const auto& cell : nav::body_cells(floor.grid, outline, walk.bases[step]))
+      if (floor.at(cell) == nav::Floor::kBlocked) return false;
+  return true;
+}
+
+}  // namespace headway::runtime

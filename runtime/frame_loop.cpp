@@ -1,0 +1,85 @@
+#include "runtime/frame_loop.h"
+
+#include <utility>
+
+namespace headway::runtime {
+
+FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, Mission& mission,
+                     Links& links, const hal::Clock& stopwatch)
+    : config_(config),
+      eyes_(eyes),
+      mapper_(mapper),
+      mission_(mission),
+      links_(links),
+      stopwatch_(stopwatch) {}
+
+bool FrameLoop::work(Time now) {
+  take_samples();
+  take_frame();
+  if (!waiting_) return false;
+  const auto pose = pose_at(waiting_->exposure);
+  if (!pose) {
+    if (now - waiting_->exposure > config_.pose_wait) {
+      ++counters_.no_pose;
+      waiting_.reset();
+    }
+    return false;
+  }
+  use(now, *pose);
+  waiting_.reset();
+  return true;
+}
+
+void FrameLoop::publish() { links_.order.publish(order_); }
+
+void FrameLoop::take_samples() {
+  hal::ChestSample chest;
+  while (links_.chest.pop(chest)) chest_.add(chest.stamp, chest.odom_from_chest);
+  HeadSample head;
+  while (links_.head.pop(head)) head_.add(head.stamp, head.angles);
+  links_.report.update();
+}
+
+void FrameLoop::take_frame() {
+  const auto frame = eyes_.take();
+  if (!frame) return;
+  if (waiting_) ++counters_.lost;  // superseded before its pose was known
+  if (last_sequence_ && frame->sequence > *last_sequence_ + 1)
+    counters_.lost += frame->sequence - *last_sequence_ - 1;
+  last_sequence_ = frame->sequence;
+  waiting_ = frame;
+}
+
+std::optional<FrameLoop::Pose> FrameLoop::pose_at(Time t) const {
+  const auto chest = chest_.at(t, config_.pose_gap);
+  const auto head = head_.at(t, config_.pose_gap);
+  if (!chest || !head) return std::nullopt;
+  return Pose{*chest, *head};
+}
+
+void FrameLoop::use(Time now, const Pose& pose) {
+  const Time begin = stopwatch_.now();
+  const vision::RangeView& view = eyes_.see();
+  const Time seen = stopwatch_.now();
+  const Eigen::Isometry3d map_from_view =
+      pose.map_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
+  const auto integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
+  const Time mapped = stopwatch_.now();
+  mapper_.project();
+  const Time projected = stopwatch_.now();
+  const BusReport& bus = links_.report.value();
+  const std::uint64_t number = order_.number + 1;
+  order_ = mission_.update({now, waiting_->exposure, pose.head, pose.map_from_chest, bus, mapper_});
+  order_.number = number;
+  const Time planned = stopwatch_.now();
+
+  times_ = {seen - begin, mapped - seen, projected - mapped, planned - projected};
+  ++counters_.frames;
+  if (!eyes_.fault().empty()) ++counters_.unusable;
+  if (times_.total() > config_.budget) ++counters_.late;
+  if (observer_)
+    observer_({*waiting_, view, eyes_.picture(), map_from_view, pose.map_from_chest, mapper_, mission_, bus,
+               order_, integration, times_});
+}
+
+}  // namespace headway::runtime

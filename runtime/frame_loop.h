@@ -1,0 +1,96 @@
+// The work between two frames: look, map, floor, plan. One direction, newest frame wins.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "hal/clock.h"
+#include "hal/pose_history.h"
+#include "runtime/eyes.h"
+#include "runtime/links.h"
+#include "runtime/mapper.h"
+#include "runtime/mission.h"
+
+namespace headway::runtime {
+
+struct FrameLoopConfig {
+  hal::HeadKinematics neck;
+  Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
+  Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
+  Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late
+};
+
+/// Time spent on each stage of one frame.
+struct StageTimes {
+  Duration see{}, map{}, floor{}, plan{};
+  Duration total() const { return see + map + floor + plan; }
+};
+
+struct FrameLoopCounters {
+  std::uint64_t frames = 0;    ///< used
+  std::uint64_t lost = 0;      ///< gaps in the camera's numbers: superseded by newer ones, or never delivered
+  std::uint64_t no_pose = 0;   ///< skipped: the pose at their exposure is not known
+  std::uint64_t unusable = 0;  ///< the eyes found a fault in them
+  std::uint64_t late = 0;      ///< took longer than the budget
+};
+
+/// What can be seen of one frame's work; the references hold during the observer's call only.
+struct FrameSnapshot {
+  const FrameStamp& stamp;
+  const vision::RangeView& view;
+  const hal::GrayImage* picture;
+  const Eigen::Isometry3d& map_from_view;
+  const Eigen::Isometry3d& map_from_chest;
+  const Mapper& mapper;
+  const Mission& mission;
+  const BusReport& bus;
+  const MotionOrder& order;
+  const nav::IntegrationStats& integration;
+  const StageTimes& times;
+};
+using FrameObserver = std::function<void(const FrameSnapshot&)>;
+
+class FrameLoop {
+ public:
+  /// `stopwatch` measures the stages; it need not be the clock that the loop runs by.
+  FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, Mission& mission, Links& links,
+            const hal::Clock& stopwatch);
+
+  void observe(FrameObserver observer) { observer_ = std::move(observer); }
+
+  /// Works on the newest frame whose pose is known, if any. True when there is an order to publish.
+  bool work(Time now);
+  /// Hands the order of the last work() to the bus loop.
+  void publish();
+
+  const FrameLoopCounters& counters() const { return counters_; }
+  const StageTimes& times() const { return times_; }
+
+ private:
+  struct Pose {
+    Eigen::Isometry3d map_from_chest;
+    hal::HeadAngles head;
+  };
+  void take_samples();
+  void take_frame();
+  std::optional<Pose> pose_at(Time t) const;
+  void use(Time now, const Pose& pose);
+
+  FrameLoopConfig config_;
+  Eyes& eyes_;
+  Mapper& mapper_;
+  Mission& mission_;
+  Links& links_;
+  const hal::Clock& stopwatch_;
+  FrameObserver observer_;
+  hal::ChestHistory chest_;
+  hal::HeadHistory head_;
+  std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
+  std::optional<std::uint64_t> last_sequence_;
+  MotionOrder order_;
+  StageTimes times_;
+  FrameLoopCounters counters_;
+};
+
+}  // namespace headway::runtime

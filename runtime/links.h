@@ -1,0 +1,57 @@
+// Everything that passes between the bus loop and the frame loop, and nothing else.
+#pragma once
+
+#include <cstdint>
+
+#include "hal/head.h"
+#include "hal/walker.h"
+#include "nav/step_stack.h"
+#include "runtime/exchange.h"
+
+namespace headway::runtime {
+
+/// Bus loop -> frame loop: the robot's state after a bus cycle.
+struct BusReport {
+  Time stamp{};
+  hal::HeadState head;
+  hal::WalkStatus walk;
+  hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
+  nav::Committed committed;
+  nav::StackStop last_stop = nav::StackStop::kNone;  ///< why the walk before this one ended early
+  std::uint64_t order_seen = 0;                      ///< number of the last order taken up
+};
+
+/// Frame loop -> bus loop: what the robot is to do until the next order.
+struct MotionOrder {
+  std::uint64_t number = 0;  ///< counts orders, from 1
+  hal::HeadAngles look;      ///< where to point the head
+  enum class Walk : std::uint8_t {
+    kStay,  ///< commit nothing; a walk under way keeps the steps it has been given
+    kPlan,  ///< follow `plan`; starts a walk when at rest
+    kStop,  ///< commit nothing more and come to rest
+  } walk = Walk::kStay;
+  nav::StepPlan plan;
+};
+
+/// Bus loop -> frame loop: one line for each step handed to the control computer.
+struct StepRecord {
+  Time committed{};
+  Duration frame_age{};  ///< age of the newest frame that the step rests upon, when it was committed
+  std::uint8_t session = 0;
+  hal::NumberedStep step;
+};
+
+struct HeadSample {
+  Time stamp{};
+  hal::HeadAngles angles;
+};
+
+struct Links {
+  NewestSlot<BusReport> report;
+  NewestSlot<MotionOrder> order;
+  BoundedQueue<hal::ChestSample, 256> chest;
+  BoundedQueue<HeadSample, 256> head;
+  BoundedQueue<StepRecord, 256> steps;
+};
+
+}  // namespace headway::runtime

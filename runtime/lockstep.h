@@ -1,0 +1,50 @@
+// Both loops stepped by one manual clock: the same results on every run, however fast the machine is. The
+// time that a frame's work would take on the robot is charged to the clock.
+#pragma once
+
+#include <functional>
+
+#include "hal/clock.h"
+#include "runtime/bus_loop.h"
+#include "runtime/frame_loop.h"
+
+namespace headway::runtime {
+
+class Lockstep {
+ public:
+  struct Config {
+    Duration period = seconds(0.005);  ///< of the bus loop
+    StageTimes charge;                 ///< what each stage of a frame costs on the robot
+  };
+  /// `world` moves everything outside the program to a time.
+  Lockstep(const Config& config, hal::ManualClock& clock, std::function<void(Time)> world, BusLoop& bus,
+           FrameLoop& frames)
+      : config_(config), clock_(clock), world_(std::move(world)), bus_(bus), frames_(frames) {}
+
+  /// One period: the world, the bus loop, and the frame loop when it is free.
+  void step() {
+    clock_.advance(config_.period);
+    const Time now = clock_.now();
+    world_(now);
+    bus_.cycle(now);
+    if (busy_ && now >= done_at_) {
+      frames_.publish();
+      busy_ = false;
+    }
+    if (!busy_ && frames_.work(now)) {
+      busy_ = true;
+      done_at_ = now + config_.charge.total();
+    }
+  }
+
+ private:
+  Config config_;
+  hal::ManualClock& clock_;
+  std::function<void(Time)> world_;
+  BusLoop& bus_;
+  FrameLoop& frames_;
+  bool busy_ = false;
+  Time done_at_{};
+};
+
+}  // namespace headway::runtime

@@ -1,0 +1,299 @@
+#include "runtime/mission.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace headway::runtime {
+
+namespace {
+
+constexpr std::size_t kStepsToStart = 3;  // a walk that begins with fewer would stop again at once
+
+std::string at(const char* text, const Eigen::Vector2d& p) {
+  char line[160];
+  std::snprintf(line, sizeof line, "%s (%.2f, %.2f)", text, p.x(), p.y());
+  return line;
+}
+
+bool same(const Pose2& a, const Pose2& b) {
+  return (a.position() - b.position()).norm() < 1e-6 && std::abs(wrap_angle(a.yaw - b.yaw)) < 1e-6;
+}
+
+bool same(const hal::Stance& a, const hal::Stance& b) {
+  return same(a.left, b.left) && same(a.right, b.right);
+}
+
+bool same(const hal::Footstep& a, const hal::Footstep& b) {
+  return a.foot == b.foot && same(a.landing, b.landing) && a.dz == b.dz && a.duration == b.duration;
+}
+
+}  // namespace
+
+const char* name(MissionState state) {
+  switch (state) {
+    case MissionState::kStarting:
+      return "starting";
+    case MissionState::kLookAround:
+      return "look around";
+    case MissionState::kWaitGoal:
+      return "wait for a goal";
+    case MissionState::kWalk:
+      return "walk";
+    case MissionState::kLookAhead:
+      return "look ahead";
+    case MissionState::kArrived:
+      return "arrived";
+    case MissionState::kStopped:
+      return "stopped";
+  }
+  return "?";
+}
+
+Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
+    : config_(config),
+      planner_(config.planner, config.gait, config.outline, grid),
+      gate_(config.gate, config.gait, config.outline) {}
+
+MotionOrder Mission::update(const MissionInput& input) {
+  switch (state_) {
+    case MissionState::kStarting:
+      return starting(input);
+    case MissionState::kLookAround:
+      return look_around(input);
+    case MissionState::kWalk:
+      return walk_on(input);
+    case MissionState::kLookAhead:
+      return look_ahead(input);
+    case MissionState::kWaitGoal:
+      if (goal_) state_ = MissionState::kWalk;
+      return rest(input);
+    case MissionState::kArrived:
+    case MissionState::kStopped:
+      return rest(input);
+  }
+  return rest(input);
+}
+
+MotionOrder Mission::rest(const MissionInput& input) const {
+  MotionOrder order;
+  order.look = look_;
+  order.walk = input.bus.committed.at_rest ? MotionOrder::Walk::kStay : MotionOrder::Walk::kStop;
+  order.plan.newest_frame = input.exposure;
+  return order;
+}
+
+MotionOrder Mission::starting(const MissionInput& input) {
+  if (input.bus.head.health == hal::HeadHealth::kReady && input.bus.walker == hal::WalkerHealth::kReady)
+    begin_look_around();
+  look_ = input.head;
+  return rest(input);
+}
+
+void Mission::begin_look_around() {
+  state_ = MissionState::kLookAround;
+  tour_ = Tour(config_.viewpoints, config_.frames_per_view);
+  ++counters_.look_arounds;
+}
+
+MotionOrder Mission::look_around(const MissionInput& input) {
+  if (tour_.look(input.head)) ++views_taken_;
+  if (tour_.done())
+    state_ = goal_ ? MissionState::kWalk : MissionState::kWaitGoal;
+  else
+    look_ = tour_.direction();
+  return rest(input);
+}
+
+MotionOrder Mission::walk_on(const MissionInput& input) {
+  const nav::Committed& committed = input.bus.committed;
+  if (!goal_) {
+    state_ = MissionState::kWaitGoal;
+    return rest(input);
+  }
+  if (input.bus.walk.state == hal::WalkState::kFault) {
+    give_up("the control computer reports a fault");
+    return rest(input);
+  }
+  if (walk_ && !follows(committed)) carry_over(committed);
+  plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
+  if (committed.at_rest && at_goal(committed)) {
+    state_ = MissionState::kArrived;
+    return rest(input);
+  }
+  Gate gate;
+  if (walk_)
+    gate = gate_.check(walk_->walk, done_steps(committed), input.mapper.floor(), committed.stance.base(),
+                       input.now);
+  const std::size_t left = walk_ ? walk_->walk.steps.size() - done_steps(committed) : 0;
+  look_ = gaze(input, gate);
+  if (committed.at_rest && gate.open < std::min(kStepsToStart, std::max<std::size_t>(left, 1)))
+    return held_up(input, gate);
+  if (!committed.at_rest && committed.next_index > 0) fruitless_ = 0;
+  MotionOrder order;
+  order.look = look_;
+  order.walk = walk_ ? MotionOrder::Walk::kPlan : MotionOrder::Walk::kStop;
+  order.plan = step_plan(input, gate);
+  return order;
+}
+
+bool Mission::follows(const nav::Committed& committed) const {
+  if (committed.session != walk_->session || committed.next_index < walk_->first_index) return false;
+  const std::size_t done = done_steps(committed);
+  if (done > walk_->walk.steps.size()) return false;
+  return done == 0 || same(walk_->walk.stances[done - 1], committed.stance);
+}
+
+void Mission::carry_over(const nav::Committed& committed) {
+  // The walk ended early, in a stance that the plan knows: the rest of it goes on in the next session.
+  const auto& stances = walk_->walk.stances;
+  const auto here = std::find_if(stances.begin(), stances.end(),
+                                 [&](const hal::Stance& s) { return same(s, committed.stance); });
+  if (!committed.at_rest || here == stances.end()) {
+    walk_.reset();
+    return;
+  }
+  const auto done = here - stances.begin() + 1;
+  nav::Walk& walk = walk_->walk;
+  walk.steps.erase(walk.steps.begin(), walk.steps.begin() + done);
+  walk.bases.erase(walk.bases.begin(), walk.bases.begin() + done);
+  walk.stances.erase(walk.stances.begin(), walk.stances.begin() + done);
+  walk_->session = committed.session;
+  walk_->first_index = committed.next_index;
+}
+
+bool Mission::at_goal(const nav::Committed& committed) const {
+  const Pose2 base = committed.stance.base();
+  if ((base.position() - goal_->position).norm() >
+      std::max(config_.goal_tolerance,
+               last_plan_ ? (last_plan_.path.end - goal_->position).norm() + config_.goal_tolerance : 0.0))
+    return false;
+  return !goal_->yaw || std::abs(wrap_angle(base.yaw - *goal_->yaw)) <= config_.yaw_tolerance;
+}
+
+void Mission::plan(const MissionInput& input, const Pose2& start) {
+  if (planned_once_ && !config_.replan) return;
+  const nav::Committed& committed = input.bus.committed;
+  const nav::FloorMap& floor = input.mapper.floor();
+  last_plan_ = planner_.plan(floor, start, *goal_);
+  ++counters_.plans;
+  if (!last_plan_) {
+    if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor)) walk_.reset();
+    return;
+  }
+  nav::Walk candidate =
+      nav::place_feet(last_plan_.path, committed.stance, committed.last_foot, floor.grid, config_.gait);
+  if (!walk_ || worth_changing(candidate, committed, floor))
+    adopt(last_plan_.path, std::move(candidate), committed);
+}
+
+bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
+                             const nav::FloorMap& floor) const {
+  const std::size_t done = done_steps(committed);
+  if (!gate_.clear(walk_->walk, done, floor)) return true;
+  const auto left = static_cast<int>(walk_->walk.steps.size() - done);
+  return static_cast<int>(candidate.steps.size()) + config_.fewer_steps < left;
+}
+
+void Mission::adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed) {
+  if (walk_) {
+    const std::size_t done = done_steps(committed);
+    const std::size_t left = walk_->walk.steps.size() - done;
+    bool changed = left != walk.steps.size();
+    for (std::size_t i = 0; !changed && i < left; ++i)
+      changed = !same(walk_->walk.steps[done + i], walk.steps[i]);
+    if (changed) ++counters_.replans;
+  }
+  walk_ = CurrentWalk{committed.session, committed.next_index, std::move(path), std::move(walk)};
+  planned_once_ = true;
+}
+
+nav::StepPlan Mission::step_plan(const MissionInput& input, const Gate& gate) const {
+  const nav::Committed& committed = input.bus.committed;
+  nav::StepPlan plan;
+  plan.session = committed.session;
+  plan.first_index = committed.next_index;
+  plan.newest_frame = input.exposure;
+  if (!walk_) return plan;
+  const std::size_t done = done_steps(committed), left = walk_->walk.steps.size() - done;
+  plan.count = static_cast<int>(std::min<std::size_t>(gate.open, nav::StepPlan::kMost));
+  plan.complete = static_cast<std::size_t>(plan.count) == left;
+  std::copy_n(walk_->walk.steps.begin() + static_cast<std::ptrdiff_t>(done), plan.count, plan.steps.begin());
+  return plan;
+}
+
+hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const {
+  Eigen::Vector2d target;
+  if (!gate.missing.empty() && gate.open < 2 * kStepsToStart) {
+    // What holds up the next steps comes first.
+    target = Eigen::Vector2d::Zero();
+    for (const auto& cell : gate.missing) target += input.mapper.floor().grid.centre(cell);
+    target /= static_cast<double>(gate.missing.size());
+  } else {
+    const Pose2 base = input.bus.committed.stance.base();
+    target = base * Eigen::Vector2d(config_.look_distance, 0);
+    if (walk_)
+      for (std::size_t i = done_steps(input.bus.committed); i < walk_->walk.bases.size(); ++i) {
+        const Pose2& b = walk_->walk.bases[i];
+        target = b * Eigen::Vector2d(config_.look_distance / 2, 0);
+        if ((b.position() - base.position()).norm() > config_.look_distance / 2) break;
+        if (std::abs(wrap_angle(b.yaw - base.yaw)) > config_.head.upper.pan) break;
+      }
+  }
+  return look_at({target.x(), target.y(), 0}, input.map_from_chest, config_.neck, config_.head);
+}
+
+MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
+  if (++fruitless_ > 2 * config_.attempts || (!last_plan_ && fruitless_ > 2)) {
+    if (!last_plan_) {
+      std::string reason = std::string("no way to the goal: ") + nav::describe(last_plan_.reason);
+      if (last_plan_.nearest) reason += at("; the nearest place that can be reached is", *last_plan_.nearest);
+      give_up(std::move(reason));
+    } else if (gate.blocked) {
+      give_up("an obstacle stands on the way that was planned");
+    } else if (!gate.missing.empty()) {
+      give_up(at("the floor cannot be seen at", input.mapper.floor().grid.centre(gate.missing.front())));
+    } else {
+      give_up("no step could be placed");
+    }
+    return rest(input);
+  }
+  ++counters_.pauses;
+  if (fruitless_ % 2 == 0 || gate.missing.empty()) {
+    begin_look_around();
+    return rest(input);
+  }
+  state_ = MissionState::kLookAhead;
+  std::vector<hal::HeadAngles> directions;
+  for (const double pan : {0.0, 0.26, -0.26})
+    for (const double tilt : {0.0, 0.3, -0.3})
+      directions.push_back(limited({look_.pan + pan, look_.tilt + tilt}, config_.head));
+  tour_ = Tour(std::move(directions), config_.frames_per_view);
+  return rest(input);
+}
+
+MotionOrder Mission::look_ahead(const MissionInput& input) {
+  tour_.look(input.head);
+  if (tour_.done()) {
+    state_ = MissionState::kWalk;
+    return rest(input);
+  }
+  look_ = tour_.direction();
+  if (walk_ && follows(input.bus.committed)) {
+    const std::size_t done = done_steps(input.bus.committed);
+    const Gate gate =
+        gate_.check(walk_->walk, done, input.mapper.floor(), input.bus.committed.stance.base(), input.now);
+    if (gate.open >= std::min(2 * kStepsToStart, walk_->walk.steps.size() - done))
+      state_ = MissionState::kWalk;
+  }
+  return rest(input);
+}
+
+void Mission::give_up(std::string reason) {
+  state_ = MissionState::kStopped;
+  reason_ = std::move(reason);
+  walk_.reset();
+}
+
+}  // namespace headway::runtime

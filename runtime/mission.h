@@ -1,0 +1,130 @@
+// What the robot is about: look around, wait for a goal, walk there while watching the floor, arrive or stop.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/head_kinematics.h"
+#include "nav/footsteps.h"
+#include "nav/planner.h"
+#include "runtime/floor_gate.h"
+#include "runtime/gaze.h"
+#include "runtime/links.h"
+#include "runtime/mapper.h"
+
+namespace headway::runtime {
+
+enum class MissionState : std::uint8_t {
+  kStarting,    ///< the head's drives and the control computer are not ready yet
+  kLookAround,  ///< at rest, looking in all directions
+  kWaitGoal,    ///< at rest, nothing to do
+  kWalk,        ///< plans each frame and walks
+  kLookAhead,   ///< at rest on the way, looking at floor that has to be seen first
+  kArrived,     ///< at rest at the goal
+  kStopped,     ///< at rest, the goal is given up: see reason()
+};
+const char* name(MissionState state);
+
+struct MissionConfig {
+  nav::GaitLimits gait;
+  nav::BodyOutline outline;
+  nav::PlannerConfig planner;
+  FloorGateConfig gate;
+  hal::HeadKinematics neck;
+  hal::HeadLimits head;
+  std::vector<hal::HeadAngles> viewpoints;  ///< to look around
+  int frames_per_view = 2;
+  bool replan =
+      true;  ///< false: follow the first plan, whatever is seen later (to show what replanning gains)
+  double look_distance = 1.25;   ///< along the way ahead of the base [m]
+  double goal_tolerance = 0.06;  ///< [m]
+  double yaw_tolerance = 0.06;   ///< [rad]
+  int fewer_steps = 6;  ///< a new plan replaces one that is still good when it saves more steps than this
+  int attempts = 3;     ///< looks around from one place before the goal is given up
+};
+
+/// What the mission knows when a frame has been taken into the map.
+struct MissionInput {
+  Time now{};
+  Time exposure{};                                                   ///< of the frame
+  hal::HeadAngles head;                                              ///< at the exposure
+  Eigen::Isometry3d map_from_chest = Eigen::Isometry3d::Identity();  ///< at the exposure
+  const BusReport& bus;
+  const Mapper& mapper;
+};
+
+/// The walk that is being followed.
+struct CurrentWalk {
+  std::uint8_t session = 0;
+  std::uint32_t first_index = 0;  ///< number of walk.steps[0]
+  nav::Path path;
+  nav::Walk walk;
+};
+
+struct MissionCounters {
+  int plans = 0;    ///< searches
+  int replans = 0;  ///< plans that changed steps not yet committed
+  int pauses = 0;   ///< rests on the way to look at the floor
+  int look_arounds = 0;
+};
+
+/// Pure decision: no clock, no devices. One update per frame.
+class Mission {
+ public:
+  Mission(const MissionConfig& config, const nav::FloorGrid& grid);
+
+  /// A new destination; taken up when the robot has looked around.
+  void set_goal(const nav::Goal& goal) { goal_ = goal; }
+
+  /// Decides what the robot does until the next frame.
+  MotionOrder update(const MissionInput& input);
+
+  MissionState state() const { return state_; }
+  const std::string& reason() const { return reason_; }
+  bool over() const { return state_ == MissionState::kArrived || state_ == MissionState::kStopped; }
+  const std::optional<nav::Goal>& goal() const { return goal_; }
+  const std::optional<CurrentWalk>& walk() const { return walk_; }
+  std::size_t views_taken() const { return views_taken_; }  ///< of looking around, since the start
+  const MissionCounters& counters() const { return counters_; }
+
+ private:
+  MotionOrder starting(const MissionInput& input);
+  MotionOrder look_around(const MissionInput& input);
+  MotionOrder walk_on(const MissionInput& input);
+  MotionOrder look_ahead(const MissionInput& input);
+  MotionOrder rest(const MissionInput& input) const;
+
+  void begin_look_around();
+  void plan(const MissionInput& input, const Pose2& start);
+  bool follows(const nav::Committed& committed) const;
+  void carry_over(const nav::Committed& committed);
+  bool worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
+                      const nav::FloorMap& floor) const;
+  void adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed);
+  bool at_goal(const nav::Committed& committed) const;
+  MotionOrder held_up(const MissionInput& input, const Gate& gate);
+  void give_up(std::string reason);
+  hal::HeadAngles gaze(const MissionInput& input, const Gate& gate) const;
+  std::size_t done_steps(const nav::Committed& committed) const {
+    return committed.next_index - walk_->first_index;
+  }
+  nav::StepPlan step_plan(const MissionInput& input, const Gate& gate) const;
+
+  MissionConfig config_;
+  nav::Planner planner_;
+  FloorGate gate_;
+  MissionState state_ = MissionState::kStarting;
+  std::optional<nav::Goal> goal_;
+  std::string reason_;
+  Tour tour_;
+  hal::HeadAngles look_;
+  std::optional<CurrentWalk> walk_;
+  nav::PlanResult last_plan_;
+  bool planned_once_ = false;
+  int fruitless_ = 0;  ///< looks without a step gained
+  std::size_t views_taken_ = 0;
+  MissionCounters counters_;
+};
+
+}  // namespace headway::runtime
