@@ -2,7 +2,7 @@
 // head that cover the surroundings with it. Plain values, no OpenCV.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "hal/head.h"

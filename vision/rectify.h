@@ -24,15 +24,17 @@ class Rectifier {
   /// rig.
   explicit Rectifier(const StereoRig& rig, double scale = 1);
 
+  const StereoRig& raw() const { return raw_; }
   const RectifiedRig& rig() const { return rig_; }
   const PinholeCamera& camera() const { return rig_.camera; }
   double baseline() const { return rig_.baseline; }  ///< [m]
   /// Maps points of the raw left optical frame to the rectified one: a pure rotation.
   const Eigen::Isometry3d& rectified_from_left() const { return rectified_from_left_; }
-  bool passes_through() const { return tables_[0].xy.empty(); }
+  bool passes_through() const { return tables_ == nullptr; }
 
-  /// Where each raw point goes: the rectified pixel of a raw pixel, of the left (0) or right (1) camera.
-  Eigen::Vector2d rectified_pixel(int side, const Eigen::Vector2d& raw) const;
+  /// The rectified pixel that a raw pixel of the left or right image comes to lie on.
+  Eigen::Vector2d rectified_left(const Eigen::Vector2d& raw) const;
+  Eigen::Vector2d rectified_right(const Eigen::Vector2d& raw) const;
 
   /// True when both images have the size that the rig says.
   bool accepts(const hal::GrayImage& left, const hal::GrayImage& right) const;
@@ -41,16 +43,12 @@ class Rectifier {
                hal::GrayImage& right_out) const;
 
  private:
-  struct Table {
-    cv::Mat xy, fraction;  // fixed-point look-up positions, as cv::convertMaps makes them
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // rectified_from_raw
-  };
-  void make_tables();
+  struct Tables;
 
   StereoRig raw_;
   RectifiedRig rig_;
   Eigen::Isometry3d rectified_from_left_ = Eigen::Isometry3d::Identity();
-  std::array<Table, 2> tables_;
+  std::shared_ptr<const Tables> tables_;  // never written after construction, so copies may share it
 };
 
 }  // namespace headway::vision

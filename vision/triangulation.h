@@ -43,6 +43,7 @@ RangeView range_view(const hal::DepthFrame& frame, const PinholeCamera& camera, 
 struct UncertainPoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [m^2]
+  double residual = 0;  ///< rms distance [px] of the pixels from the point's; matches beyond 0.5 are doubtful
 };
 
 using ProjectionMatrix = Eigen::Matrix<double, 3, 4>;  ///< pixel (homogeneous) from point (homogeneous)

@@ -1,0 +1,38 @@
+#include "vision/stereo.h"
+
+#include <fmt/format.h>
+
+#include "vision/triangulation.h"
+
+namespace headway::vision {
+
+StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
+    : rectifier_(rig, config.scale),
+      sigma_(config.sigma),
+      matcher_(std::make_unique<SgbmMatcher>(disparity_range(rectifier_.rig()), config.matcher)) {
+  sigma_.base = rectifier_.rig().disparity_sigma;
+}
+
+const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
+  if (usable(frame)) {
+    rectifier_.rectify(frame.left, frame.right, left_, right_);
+    matcher_->match(left_, right_, disparity_);
+    estimate_sigma(left_, sigma_, disparity_);
+  } else {
+    disparity_.resize(camera().width, camera().height);
+  }
+  range_view(disparity_, rig(), view_);
+  return view_;
+}
+
+bool StereoVision::usable(const hal::StereoFrame& frame) {
+  fault_.clear();
+  if (rectifier_.accepts(frame.left, frame.right)) return true;
+  const CameraIntrinsics& c = rectifier_.raw().left;
+  fault_ = fmt::format("the images have {} x {} and {} x {} px, expected {} x {} each, as in rig {}",
+                       frame.left.width, frame.left.height, frame.right.width, frame.right.height, c.width,
+                       c.height, rectifier_.raw().name);
+  return false;
+}
+
+}  // namespace headway::vision
