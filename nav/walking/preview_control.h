@@ -24,15 +24,16 @@ struct PreviewConfig {
   std::size_t ticks() const;  ///< periods in the window
 };
 
-/// u(k) = -integral sum_{i<=k} e(i) - state x(k) + sum_{j=1..N} preview[j-1] p_ref(k+j) + beyond p_ref(k+N)
-/// (paper, equation 17, with the signs of the preview gains turned).
+/// Jerk u(k) = -K_e sum_{i<=k} e(i) - K_x x(k) + sum_{j=1..N} f_j p_ref(k+j) (paper, equation 17, with the
+/// signs of the preview gains turned). An endless sum of the f_j would equal the position's gain; what is
+/// missing after the window is left out of both, so that positions enter only as differences and the place of
+/// the origin does not matter.
 struct PreviewGains {
   double integral = 0;                ///< K_e
   Eigen::RowVector3d state{0, 0, 0};  ///< K_x, on position, velocity, acceleration
   std::vector<double> preview;        ///< f_1 .. f_N
-  double beyond = 0;    ///< sum of the gains after the window: there the reference is taken to stay as it is
-  double residual = 0;  ///< of the Riccati equation, |error| / |P| (Frobenius)
-  double spectral_radius = 0;  ///< of the closed loop
+  double residual = 0;                ///< of the Riccati equation, |error| / |P| (Frobenius)
+  double spectral_radius = 0;         ///< of the closed loop
 };
 
 /// Solves the discrete Riccati equation of the augmented system (doubling, then Newton steps).

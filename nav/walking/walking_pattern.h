@@ -2,7 +2,8 @@
 //
 // A step lasts from lift-off to the next lift-off: single support with the ZMP reference on the standing
 // sole's centre, then double support with the reference moving on to the next sole (or, after the last step,
-// to the middle between the feet). Before the first step the weight is shifted. The preview window ends
+// to the middle between the feet). Before the first step the weight is shifted, for one
+// window and a double support: the controller needs to see it coming. The preview window ends
 // before the first moment about which a step not yet known could still decide, so what has been shown to the
 // controller never changes.
 #pragma once
@@ -22,11 +23,10 @@ struct WalkingConfig {
   /// The window: two of the shortest steps less a double support, 2 * 0.8 s - 0.1 s.
   PreviewConfig preview{.window = 1.5};
   double double_support = 0.10;     ///< at the end of each step [s]
-  double first_shift = 1.0;         ///< from the order to walk to the first lift-off [s]
   double swing_height = 0.07;       ///< of the foot in mid swing [m]
   double shortest_step = 0.8;       ///< [s]
   double longest_step = 1.55;       ///< [s]
-  double settled_distance = 0.015;  ///< standing: the CoM is this near to the middle of the feet [m]
+  double settled_distance = 0.016;  ///< standing: the CoM is this near to the middle of the feet [m]
   double settled_speed = 0.05;      ///< and no faster than this [m/s]
 
   /// Throws InputError when a value makes no sense or the window is longer than two steps allow.
@@ -108,10 +108,13 @@ class WalkingPattern {
 
   const Step& step(std::uint32_t index) const noexcept { return ring_[index % kRing]; }
   bool known(std::uint32_t index) const noexcept { return index < pushed_; }
-  void start_step(std::uint32_t index) noexcept;
+  Eigen::Vector2d middle_after(std::uint32_t index) const noexcept;
+  void plan_stance() noexcept;
+  void start_step() noexcept;
   void advance_feet() noexcept;
+  void land() noexcept;
+  void swing(double share) noexcept;
   void write_ahead() noexcept;
-  void write(std::size_t ticks_ahead, const Eigen::Vector2d& reference) noexcept;
   Eigen::Vector2d next_reference() noexcept;
   void settle() noexcept;
   void publish() noexcept;
@@ -119,22 +122,26 @@ class WalkingPattern {
   WalkingConfig config_;
   PreviewControl control_;
   std::array<Step, kRing> ring_{};
-  hal::Stance planned_, standing_;
-  double left_z_ = 0, right_z_ = 0, planned_left_z_ = 0, planned_right_z_ = 0;
+  hal::Stance planned_;
+  double planned_left_z_ = 0, planned_right_z_ = 0;
+  FootPose left_, right_;
   Phase phase_ = Phase::kStanding;
-  bool closed_ = false, any_step_ = false;
-  hal::Foot last_pushed_ = hal::Foot::kLeft;
+  bool closed_ = false;
   std::uint32_t pushed_ = 0, started_ = 0, landed_ = 0;
-  int shift_ticks_ = 0, double_ticks_ = 0;
+  int double_ticks_ = 0;
   int tick_in_step_ = 0;  ///< of the step under way; negative while the weight is shifted before the first
+  Support support_ = Support::kBoth;
 
-  // The reference window, written once per tick at its far end; kept twice so that it is always contiguous.
+  // The reference of the coming periods, oldest at `oldest_`; kept twice, one window apart, so that it is
+  // contiguous.
   std::vector<Eigen::Vector2d> window_;
-  std::size_t window_ticks_ = 0, head_ = 0;
-  // Where the far end is: in which step, at which tick of it.
+  std::size_t window_ticks_ = 0;
+  int shift_ticks_ = 0;  ///< from the order to walk to the first lift-off
+  std::size_t oldest_ = 0;
+  // What is written next at the far end of the window: tick `write_tick_` of step `write_step_`, or rest.
+  bool writing_ = false;
   std::uint32_t write_step_ = 0;
   int write_tick_ = 0;
-  bool writing_ = false;
   Eigen::Vector2d rest_{0, 0};
 
   WalkingSample sample_;
