@@ -94,8 +94,8 @@ class SimBus {
     Time due{};
   };
   Endpoint* next_sender(Time& start);
-  void transmit(Endpoint& from, Time start, Time end);
-  void broadcast(const hal::CanFrame& frame, const Endpoint* from);
+  void transmit(Endpoint& from, Time end);
+  void broadcast(hal::CanFrame frame, const Endpoint* from);
 
   SimBusConfig config_;
   Time now_{}, free_at_{};
