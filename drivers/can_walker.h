@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "drivers/cadence.h"
 #include "hal/bus_codec.h"
 #include "hal/bus_protection.h"
 #include "hal/can_bus.h"
@@ -100,7 +101,7 @@ class CanWalker final : public hal::Walker {
   std::uint8_t control_session_ = 0;
   Duration map_age_{};
   bool control_changed_ = true;
-  std::optional<Time> next_control_;
+  Cadence control_cadence_;
 };
 
 }  // namespace headway::drivers

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "drivers/cadence.h"
 #include "hal/bus_codec.h"
 #include "hal/can_bus.h"
 #include "hal/time.h"
@@ -26,7 +27,7 @@ class CanopenMaster {
 
  private:
   hal::CanBus& bus_;
-  std::optional<Time> next_heartbeat_, next_sync_;
+  Cadence heartbeat_{hal::bus::Heartbeat::kCycle}, sync_{hal::bus::Sync::kCycle};
 };
 
 /// One node's heartbeat as its master sees it.

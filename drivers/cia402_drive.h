@@ -69,7 +69,9 @@ class Cia402Drive {
   void recover() noexcept;
 
   const DriveReport& report() const noexcept { return report_; }
-  bool is_running() const noexcept { return report_.phase == DrivePhase::kRunning; }
+  bool has_failed() const noexcept { return report_.phase == DrivePhase::kFailed; }
+  /// Running, and told to stay where it is.
+  bool is_ready() const noexcept { return report_.phase == DrivePhase::kRunning && !settling_; }
   /// Status or position stayed away (judged at the last tick).
   bool is_silent() const noexcept { return silent_; }
   bool is_moving() const noexcept;
@@ -95,8 +97,11 @@ class Cia402Drive {
   void start_running(Time now) noexcept;
   void run(Time now) noexcept;
   void shake_hands(Time now) noexcept;
-  void offer(Time now) noexcept;
+  void await_acknowledgement(Time now) noexcept;
+  void stay() noexcept;
+  hal::cia402::Command next_command(Time now) const noexcept;
   std::uint16_t reset_fault(Time now) noexcept;
+  void follow_state(Time now) noexcept;
   void say(std::uint16_t controlword, std::int32_t target, Time now) noexcept;
   std::int32_t clamped(std::int32_t target) const noexcept;
 
@@ -112,17 +117,17 @@ class Cia402Drive {
   std::int8_t mode_ = 0;
   std::int32_t position_ = 0, velocity_ = 0;
   std::optional<Time> status_heard_, motion_heard_;
-  bool silent_ = true, start_ordered_ = false, start_again_ = false;
+  bool silent_ = true, start_ordered_ = false;
 
-  std::optional<Time> state_since_;  ///< the drive's state has been this one since
-  hal::cia402::State last_state_ = hal::cia402::State::kNotReadyToSwitchOn;
+  std::optional<Time> state_since_;  ///< the drive has been in report_.state since
   int fault_resets_ = 0;
   std::optional<Time> fault_edge_;
 
   Handshake handshake_ = Handshake::kIdle;
-  bool offer_pending_ = false, held_ = false;
-  int offers_unanswered_ = 0;
-  Time offered_at_{};
+  bool settling_ = false;  ///< the set-point "where it is" has not been acknowledged yet
+  bool held_ = false;
+  int unanswered_ = 0;  ///< offers in a row
+  Time handshake_since_{};
   std::int32_t wanted_ = 0, offered_ = 0, accepted_ = 0;
 
   std::optional<hal::bus::DriveCommand> said_;  ///< what the drive was last told

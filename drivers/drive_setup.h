@@ -24,9 +24,8 @@ struct DriveNumbers {
 struct SetupEntry {
   hal::cia402::Object object;
   std::uint32_t value = 0;
-  bool verify = true;  ///< false: an intermediate value, replaced further down
 };
-inline constexpr std::size_t kSetupEntries = 38;
+inline constexpr std::size_t kSetupEntries = 36;
 using SetupTable = std::array<SetupEntry, kSetupEntries>;
 
 /// The set-up of docs/bus.md in the order it must be written: heartbeats, stop options, profile, then each
@@ -52,7 +51,8 @@ class DriveSetup {
   std::uint32_t abort_code() const noexcept { return sdo_.abort_code(); }
 
  private:
-  void advance() noexcept;
+  void read_back() noexcept;
+  void compare() noexcept;
 
   SetupTable table_;
   SdoClient sdo_;

@@ -60,8 +60,6 @@ class ProtectionChecker {
 
   /// Only a usable frame may be read (is_usable).
   [[nodiscard]] Check check(const CanFrame& frame) noexcept;
-  /// After a time-out: whatever counter comes next is the first again.
-  void restart() noexcept { last_.reset(); }
   const Counts& counts() const noexcept { return counts_; }
 
  private:
