@@ -23,6 +23,9 @@ struct MapViewConfig {
   int width = 1000, height = 700;  ///< [px]
   /// Unseen space that borders on empty space, as a translucent veil.
   bool show_unseen = false;
+  /// Only the sides of things that were seen, so that one looks into a room through the backs of its walls
+  /// and its ceiling. Else every occupied voxel.
+  bool seen_sides_only = true;
   /// Voxels outside are not drawn, so that one can look under a ceiling or through a near wall [m].
   Eigen::Vector3d lowest{-1e9, -1e9, -1e9}, highest{1e9, 1e9, 1e9};
   double floor_height = 0;  ///< where figures stand and floor marks lie [m]

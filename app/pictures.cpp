@@ -67,7 +67,6 @@ cv::Mat image_picture(const hal::GrayImage& image) {
 cv::Mat depth_picture(const vision::RangeView& view) {
   const auto [lowest, highest] = depth_span(view);
   const cv::Mat depths = painted(view, [&](int u, int v) {
-    // Near is bright: what one may run into catches the eye.
     const auto z = static_cast<double>(view.depth[view.index(u, v)]);
     return ramp_colour(Ramp::kViridis, (z - lowest) / (highest - lowest));
   });
