@@ -1,19 +1,21 @@
 #include "config/yaml_reader.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <fstream>
 #include <sstream>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "config/yaml_limits.h"
 
 namespace headway::config {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr std::uintmax_t kLargestFile = 16U << 20;
 
 std::string place(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : fmt::format("{}:{}", file, mark.line + 1);
@@ -23,31 +25,52 @@ std::string shown(const YAML::Node& node) {
   if (!node.IsDefined() || node.IsNull()) return "nothing";
   if (node.IsMap()) return "a mapping";
   if (node.IsSequence()) return "a list";
-  const std::string& s = node.Scalar();
-  return fmt::format("'{}'", s.size() <= 60 ? s : s.substr(0, 57) + "...");
+  return fmt::format("'{}'", one_line(node.Scalar(), 60));
 }
 
-std::string allowed_text(Range r) {
-  const std::string unit = r.unit.empty() ? "" : fmt::format(" {}", r.unit);
-  if (std::isinf(r.lowest) && std::isinf(r.highest)) return fmt::format("a number{}", unit);
-  return fmt::format("a number from {} to {}{}", r.lowest, r.highest, unit);
+// "a number from 0 to 10 m", or what of it is bounded.
+std::string allowed_text(std::string_view kind, Range r) {
+  std::string text(kind);
+  if (std::isfinite(r.lowest) && std::isfinite(r.highest))
+    text += fmt::format(" from {} to {}", r.lowest, r.highest);
+  else if (std::isfinite(r.lowest))
+    text += fmt::format(" of at least {}", r.lowest);
+  else if (std::isfinite(r.highest))
+    text += fmt::format(" of at most {}", r.highest);
+  if (!r.unit.empty()) text += fmt::format(" {}", r.unit);
+  return text;
 }
+
+bool is_key(const YAML::Node& node, std::string_view key) { return node.IsScalar() && node.Scalar() == key; }
 
 }  // namespace
 
-// Which keys were asked for, per mapping; shared by all sections of one file.
+// The mappings read so far, each with the keys that were asked for; shared by all sections of one file.
 struct Section::Seen {
   struct Entry {
     Section section;
+    Entry* parent;
     std::set<std::string, std::less<>> keys;
   };
-  std::vector<Entry> entries;
 
   Entry* find(const YAML::Node& node) {
-    for (Entry& e : entries)
-      if (e.section.node_.is(node)) return &e;
+    const auto [begin, end] = by_place.equal_range(node.Mark().pos);
+    for (auto it = begin; it != end; ++it)
+      if (it->second->section.node_.is(node)) return it->second;
     return nullptr;
   }
+  // An alias is the same mapping as its anchor: it has one entry, under whoever came first.
+  Entry& find_or_add(const Section& section, Entry* parent) {
+    if (Entry* known = find(section.node_)) return *known;
+    Entry& entry = entries.emplace_back(Entry{section, parent, {}});
+    // The entries live in `seen_`; a copy held by them must not keep it alive.
+    entry.section.seen_.reset();
+    by_place.emplace(section.node_.Mark().pos, &entry);
+    return entry;
+  }
+
+  std::deque<Entry> entries;  // a deque, so that they stay where they are
+  std::unordered_multimap<int, Entry*> by_place;
 };
 
 Section::Section(YAML::Node node, std::string file, std::string name, std::shared_ptr<Seen> seen)
@@ -55,11 +78,15 @@ Section::Section(YAML::Node node, std::string file, std::string name, std::share
 
 Section Section::load(const fs::path& file, std::string_view what) {
   std::error_code ec;
+  if (fs::is_directory(file, ec))
+    throw InputError(fmt::format("{}: is a folder, expected a {} file", one_line(file.string()), what));
   if (!fs::is_regular_file(file, ec))
-    throw InputError(fmt::format("{}: no such {} file; check the path", file.string(), what));
-  if (fs::file_size(file, ec) > kLargestFile)
-    throw InputError(fmt::format("{}: larger than 16 MiB, which no {} file is", file.string(), what));
-  std::ifstream in(file);
+    throw InputError(fmt::format("{}: no such {} file; check the path", one_line(file.string()), what));
+  const std::uintmax_t size = fs::file_size(file, ec);
+  if (!ec && size > YamlLimits{}.bytes)
+    throw InputError(fmt::format("{}: {} bytes, expected at most {} in a {} file", file.string(), size,
+                                 YamlLimits{}.bytes, what));
+  std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(fmt::format("{}: cannot be read; check its permissions", file.string()));
   std::stringstream text;
   text << in.rdbuf();
@@ -67,19 +94,12 @@ Section Section::load(const fs::path& file, std::string_view what) {
 }
 
 Section Section::parse(const std::string& text, const std::string& file) {
-  YAML::Node root;
-  try {
-    root = YAML::Load(text);
-  } catch (const YAML::Exception& e) {
-    throw InputError(fmt::format("{}: not valid YAML: {}", place(file, e.mark), e.msg));
-  }
+  check_yaml(text, file);
+  const YAML::Node root = YAML::Load(text);
   if (!root.IsMap())
     throw InputError(fmt::format("{}: holds {}, expected a mapping (key: value)", file, shown(root)));
-  auto seen = std::make_shared<Seen>();
-  Section section(root, file, "", seen);
-  seen->entries.push_back({section, {}});
-  // The list of sections lives in `seen`; a copy held by it must not keep it alive.
-  seen->entries.back().section.seen_.reset();
+  Section section(root, file, "", std::make_shared<Seen>());
+  section.seen_->find_or_add(section, nullptr);
   return section;
 }
 
@@ -89,23 +109,27 @@ std::string Section::full_name(std::string_view key) const {
 
 void Section::fail(std::string_view key, const std::string& what) const {
   YAML::Mark mark = node_.Mark();
-  for (const auto& entry : node_)
-    if (node_.IsMap() && entry.first.IsScalar() && entry.first.Scalar() == key) mark = entry.first.Mark();
-  const std::string name = full_name(key);
-  throw InputError(fmt::format("{}: {}{}{}", place(file_, mark), name, name.empty() ? "" : ": ", what));
+  if (node_.IsMap())
+    for (const auto& entry : node_)
+      if (is_key(entry.first, key)) mark = entry.first.Mark();
+  const std::string name = one_line(full_name(key), 120);
+  throw InputError(
+      fmt::format("{}: {}{}{}", place(file_, mark), name, name.empty() ? "" : ": ", one_line(what)));
 }
 
 YAML::Node Section::child(std::string_view key) const {
-  if (Seen::Entry* e = seen_->find(node_)) e->keys.emplace(key);
+  seen_->find(node_)->keys.emplace(key);
   YAML::Node found(YAML::NodeType::Undefined);
+  YAML::Mark first;
   int count = 0;
   for (const auto& entry : node_)
-    if (entry.first.IsScalar() && entry.first.Scalar() == key) {
+    if (is_key(entry.first, key)) {
+      if (++count > 1)
+        fail(key, fmt::format("stands here twice, expected once; the first is in line {}", first.line + 1));
       found.reset(entry.second);
-      ++count;
+      first = entry.first.Mark();
     }
-  if (count > 1) fail(key, "stands here twice, expected once");
-  return count == 1 ? found : YAML::Node(YAML::NodeType::Undefined);
+  return found;
 }
 
 YAML::Node Section::required(std::string_view key) const {
@@ -120,7 +144,7 @@ double Section::checked_number(std::string_view key, const YAML::Node& node, Ran
   double value = 0;
   if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value) ||
       value < allowed.lowest || value > allowed.highest)
-    fail(key, fmt::format("{}, expected {}", shown(node), allowed_text(allowed)));
+    fail(key, fmt::format("{}, expected {}", shown(node), allowed_text("a number", allowed)));
   return value;
 }
 
@@ -133,9 +157,11 @@ double Section::number_or(std::string_view key, double fallback, Range allowed) 
 }
 
 int Section::integer(std::string_view key, Range allowed) const {
-  const double value = number(key, allowed);
-  if (value != std::floor(value) || std::abs(value) > 2e9)
-    fail(key, fmt::format("{}, expected a whole number from {} to {}", value, allowed.lowest, allowed.highest));
+  const YAML::Node node = required(key);
+  double value = 0;
+  if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || value != std::floor(value) ||
+      std::abs(value) > 2e9 || value < allowed.lowest || value > allowed.highest)
+    fail(key, fmt::format("{}, expected {}", shown(node), allowed_text("a whole number", allowed)));
   return static_cast<int>(value);
 }
 
@@ -185,7 +211,8 @@ std::vector<double> Section::numbers(std::string_view key, std::size_t count, Ra
   return values;
 }
 
-std::optional<std::vector<double>> Section::numbers_if(std::string_view key, std::size_t count, Range allowed) const {
+std::optional<std::vector<double>> Section::numbers_if(std::string_view key, std::size_t count,
+                                                       Range allowed) const {
   if (!has(key)) return std::nullopt;
   return numbers(key, count, allowed);
 }
@@ -194,10 +221,7 @@ Section Section::section(std::string_view key) const {
   const YAML::Node node = required(key);
   if (!node.IsMap()) fail(key, fmt::format("{}, expected a mapping (key: value)", shown(node)));
   Section below(node, file_, full_name(key), seen_);
-  if (!seen_->find(node)) {
-    seen_->entries.push_back({below, {}});
-    seen_->entries.back().section.seen_.reset();
-  }
+  seen_->find_or_add(below, seen_->find(node_));
   return below;
 }
 
@@ -215,8 +239,7 @@ std::vector<Section> Section::sections(std::string_view key) const {
     const std::string name = fmt::format("{}[{}]", full_name(key), below.size());
     Section entry(item, file_, name, seen_);
     if (!item.IsMap()) entry.fail("", fmt::format("{}, expected a mapping (key: value)", shown(item)));
-    seen_->entries.push_back({entry, {}});
-    seen_->entries.back().section.seen_.reset();
+    seen_->find_or_add(entry, seen_->find(node_));
     below.push_back(entry);
   }
   return below;
@@ -224,17 +247,25 @@ std::vector<Section> Section::sections(std::string_view key) const {
 
 fs::path Section::path(std::string_view key) const {
   const fs::path p = text(key);
+  if (p.native() != one_line(p.native(), p.native().size()))
+    fail(key, "holds control characters, expected a path");
   return p.is_absolute() ? p : fs::path(file_).parent_path() / p;
 }
 
 void Section::finish() const {
-  for (const Seen::Entry& e : seen_->entries)
+  const Seen::Entry* top = seen_->find(node_);
+  for (const Seen::Entry& e : seen_->entries) {
+    const Seen::Entry* ancestor = &e;
+    while (ancestor && ancestor != top) ancestor = ancestor->parent;
+    if (!ancestor) continue;
     for (const auto& entry : e.section.node_) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
       if (e.keys.contains(key)) continue;
-      const std::vector<std::string> known(e.keys.begin(), e.keys.end());
-      e.section.fail(key, fmt::format("is not a key here, expected one of: {}", fmt::join(known, ", ")));
+      e.section.fail(key, e.keys.empty() ? "is not a key here, expected none"
+                                         : fmt::format("is not a key here, expected one of: {}",
+                                                       fmt::join(e.keys, ", ")));
     }
+  }
 }
 
 }  // namespace headway::config

@@ -1,7 +1,6 @@
-// Checked reading of YAML: every value has a key, a range and a unit, and every fault names file, line and key.
+// Checked reading of YAML: every value has a key, a range and a unit, and every fault names file, line and
+// key.
 #pragma once
-
-#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <memory>
@@ -10,6 +9,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <yaml-cpp/yaml.h>
 
 #include "hal/error.h"
 
@@ -21,8 +22,8 @@ struct Range {
   std::string_view unit = "";
 };
 
-/// One mapping of a YAML file. Reading a key marks it as known; `finish` refuses the rest, so that a misspelt key
-/// is an error and not a silent default. Throws InputError: `file:line: key: what, expected what`.
+/// One mapping of a YAML file. Reading a key marks it as known; `finish` refuses the rest, so that a misspelt
+/// key is an error and not a silent default. Throws InputError: `file:line: key: what, expected what`.
 class Section {
  public:
   /// Reads a whole file. `what` names its kind for messages ("world", "rig").
@@ -41,7 +42,8 @@ class Section {
   std::string text_or(std::string_view key, std::string_view fallback) const;
   /// One of a fixed set of words.
   std::string choice(std::string_view key, const std::vector<std::string>& allowed) const;
-  std::string choice_or(std::string_view key, std::string_view fallback, const std::vector<std::string>& allowed) const;
+  std::string choice_or(std::string_view key, std::string_view fallback,
+                        const std::vector<std::string>& allowed) const;
   /// Exactly `count` numbers in a list.
   std::vector<double> numbers(std::string_view key, std::size_t count, Range allowed) const;
   std::optional<std::vector<double>> numbers_if(std::string_view key, std::size_t count, Range allowed) const;

@@ -1,0 +1,24 @@
+// What a YAML text must keep to before it is read: one document, not deep, not huge. A parser's own limits
+// are wider than its stack and the machine's memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace headway::config {
+
+struct YamlLimits {
+  std::uintmax_t bytes = 1U << 20;
+  std::size_t depth = 32;       ///< mappings and lists inside each other
+  std::size_t values = 100000;  ///< scalars, mappings, lists and aliases together
+};
+
+/// Throws InputError (`file:line: what, expected what`) where `text` breaks a limit, is not YAML, or holds a
+/// second document. An empty text passes.
+void check_yaml(const std::string& text, const std::string& file, const YamlLimits& limits = {});
+
+/// `text` on one line: control characters become spaces, and what is longer than `longest` bytes is cut.
+std::string one_line(std::string text, std::size_t longest = 300);
+
+}  // namespace headway::config
