@@ -54,8 +54,8 @@ class HeadDrive final : public hal::BusNode {
   void tick(Time now) noexcept override;
 
   /// The true joint angle [rad] and velocity [rad/s] at the last tick.
-  double angle() const { return actual_; }
-  double velocity() const { return actual_velocity_; }
+  double angle() const;
+  double velocity() const;
   NmtState nmt_state() const { return nmt_; }
   PowerState power_state() const { return power_; }
   std::uint16_t status_word() const;
@@ -68,60 +68,68 @@ class HeadDrive final : public hal::BusNode {
   void set_silent(bool silent) { silent_ = silent; }  ///< neither hears nor speaks
 
  private:
-  // Network (head_drive_network.cpp).
+  // On the network (head_drive_network.cpp).
   void boot() noexcept;
-  void handle_nmt(const hal::CanFrame& frame) noexcept;
-  void handle_sdo(const hal::CanFrame& frame) noexcept;
+  void reset_communication() noexcept;
+  void obey_network(const hal::CanFrame& frame) noexcept;
+  void answer_sdo(const hal::CanFrame& frame) noexcept;
   void sdo_download(const hal::CanFrame& frame) noexcept;
-  void sdo_upload(std::uint16_t index, std::uint8_t sub) noexcept;
-  void sdo_abort(std::uint16_t index, std::uint8_t sub, std::uint32_t code) noexcept;
-  void handle_receive_pdo(const hal::CanFrame& frame) noexcept;
-  void handle_sync() noexcept;
-  void send_transmit_pdo(int which) noexcept;
-  void heartbeats(Time now) noexcept;
-  void lose_heartbeat() noexcept;
-  void send(std::uint32_t id, const std::uint8_t* data, std::uint8_t size) noexcept;
+  void sdo_upload(const hal::CanFrame& frame) noexcept;
+  void answer(std::uint8_t command, const hal::CanFrame& request, std::uint32_t data) noexcept;
+  void object_written(std::uint16_t index) noexcept;
+  void take_receive_pdo(const hal::CanFrame& frame) noexcept;
+  void transmit_on_sync() noexcept;
+  void transmit_on_change() noexcept;
+  hal::CanFrame transmit_pdo(std::size_t which) noexcept;
+  void refresh_objects() noexcept;
+  void produce_heartbeat() noexcept;
+  void watch_master() noexcept;
   void send_emergency(std::uint16_t code) noexcept;
-  void set_nmt(NmtState state) noexcept;
+  void send(const hal::CanFrame& frame) noexcept;
 
-  // Objects with a meaning beyond their value.
-  void refresh_objects() noexcept;  ///< statusword, position and the like, before they are read
-  void object_written(std::uint16_t index, std::uint8_t sub) noexcept;
-
-  // Drive (head_drive.cpp).
+  // The drive itself (head_drive.cpp). Positions in 0.001 deg, as the objects.
   void move_to(Time now) noexcept;
+  void move_joint(double seconds) noexcept;
   void obey(std::uint16_t control_word) noexcept;
-  void set_point(std::uint16_t control_word) noexcept;
-  void start_motion(std::int32_t target) noexcept;
-  void stop_motion(std::uint32_t deceleration) noexcept;
+  void change_power(std::uint16_t control_word) noexcept;
+  void take_set_point(std::uint16_t control_word) noexcept;
+  void start_motion(std::int64_t target) noexcept;
+  void stop_motion(std::uint16_t deceleration_object) noexcept;
+  void quick_stop() noexcept;
   void enter(PowerState state) noexcept;
   void raise_fault(std::uint16_t code, std::uint8_t error_register) noexcept;
-  void watch_following_error(Duration passed) noexcept;
-  void watch_target(Duration passed) noexcept;
   void abort_connection() noexcept;
+  void finish_stops() noexcept;
+  void watch_following_error(double seconds) noexcept;
+  void watch_target(double seconds) noexcept;
+  bool has_torque() const;
+  bool moving() const;
 
   HeadDriveConfig config_;
   hal::CanBus& bus_;
   ObjectDictionary objects_;
   Time now_{};
-  NmtState nmt_ = NmtState::kInitialising;
-  PowerState power_ = PowerState::kNotReadyToSwitchOn;
-  Time boots_at_{}, next_heartbeat_{};
-  std::optional<Time> master_heard_;  ///< last heartbeat of the node that is watched
-  bool heartbeat_lost_ = false;
-  std::array<std::uint8_t, 2> sync_count_{};
+  bool stalled_ = false, silent_ = false;
 
-  Trapezoid profile_;  ///< demand [0.001 deg], time from `profile_start_`
-  Time profile_start_{};
-  double demand_ = 0, demand_velocity_ = 0;  ///< [rad, rad/s]
-  double actual_ = 0, actual_velocity_ = 0;
+  NmtState nmt_ = NmtState::kInitialising;
+  Time boots_at_{}, next_heartbeat_{};
+  std::optional<Time> master_heard_;
+  bool master_lost_ = false;
+  std::array<int, 2> syncs_{};
+  std::array<hal::CanFrame, 2> last_sent_{};
+
+  PowerState power_ = PowerState::kNotReadyToSwitchOn;
   std::uint16_t control_word_ = 0;
-  bool set_point_acknowledged_ = false, limited_ = false, target_reached_ = true, following_error_ = false;
-  std::optional<std::int32_t> queued_target_;
-  Duration error_for_{}, reached_for_{};
+  Trapezoid profile_;
+  Time profile_start_{};
+  double demand_ = 0, demand_velocity_ = 0, actual_ = 0, actual_velocity_ = 0;
+  std::int64_t target_ = 0;
+  std::optional<std::int64_t> next_target_;
+  bool acknowledged_ = false, limited_ = false, halted_ = false;
+  double far_for_ = 0,
+         reached_for_ = 0;  ///< how long the joint is too far from its demand, near its target [s]
   std::uint8_t error_register_ = 0;
   std::uint16_t error_code_ = 0;
-  bool stalled_ = false, silent_ = false;
 };
 
 }  // namespace headway::sim

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 
 namespace headway::sim {
@@ -65,8 +66,15 @@ class ObjectDictionary {
 
  private:
   void add(const Object& object);
+  void add_unsigned(std::uint16_t index, std::uint8_t sub, std::uint8_t bytes, Access access,
+                    std::int64_t value, std::int64_t lowest, std::int64_t highest);
+  void add_pdo(std::uint16_t communication, std::uint16_t mapping, std::uint32_t id,
+               std::initializer_list<std::uint32_t> mapped);
+  void add_communication(std::uint8_t node);
+  void add_profile();
   Object* find(std::uint16_t index, std::uint8_t sub) noexcept;
-  SdoAbort check_mapping(std::uint16_t index, std::uint8_t sub, std::int64_t value) const noexcept;
+  SdoAbort check_pdo(std::uint16_t index, std::uint8_t sub, std::int64_t value) const noexcept;
+  bool can_map(std::uint16_t mapping, std::int64_t entry) const noexcept;
 
   std::array<Object, kCapacity> objects_{};
   std::size_t size_ = 0;
