@@ -1,6 +1,8 @@
 // What the robot's feet can do, how long a step takes, and what that makes of walking times.
 #pragma once
 
+#include <numbers>
+
 #include "hal/footstep.h"
 
 namespace headway::nav {

@@ -52,7 +52,7 @@ struct Mask {
   int size() const;
 };
 
-/// Masks of all configurations, built by moving the outline in steps of a fiftieth of a cell.
+/// Masks of all configurations, built by moving the outline in steps of a tenth of a cell.
 /// Throws InputError when the outline spans more than 60 cells to a side.
 class Masks {
  public:

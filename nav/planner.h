@@ -9,12 +9,10 @@
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
 #include "nav/gait.h"
+#include "nav/ground.h"
 #include "nav/masks.h"
 
 namespace headway::nav {
-
-/// What the planner makes of floor that nobody has seen.
-enum class UnseenFloor : std::uint8_t { kBlocked, kCostly, kFree };
 
 struct PlannerConfig {
   UnseenFloor unseen = UnseenFloor::kCostly;

@@ -1,0 +1,53 @@
+// The floor map as the planner takes it, from where the robot stands.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "nav/body_outline.h"
+#include "nav/floor_map.h"
+#include "nav/masks.h"
+
+namespace headway::nav {
+
+/// How the planner takes a cell.
+enum class Ground : std::uint8_t {
+  kFree,
+  kUnseen,  ///< free, at a price
+  kTight,   ///< blocked, but so near the start that only the bare body must keep off it
+  kBlocked,
+};
+inline bool is_obstacle(Ground g) { return g >= Ground::kTight; }
+
+/// What the planner makes of floor that nobody has seen.
+enum class UnseenFloor : std::uint8_t { kBlocked, kCostly, kFree };
+
+/// Outside the map everything is blocked. Where the body stands at the start is free, if so configured:
+/// nothing else can be there. And what came within its clearance before it noticed must not nail it to the
+/// spot.
+class GroundView {
+ public:
+  GroundView(const FloorMap& map, UnseenFloor unseen, const BodyOutline& outline, const Pose2& start,
+             bool start_is_free)
+      : map_(map), unseen_(unseen), outline_(outline), start_(start), start_is_free_(start_is_free) {}
+
+  const FloorGrid& grid() const { return map_.grid; }
+  Ground at(const Eigen::Vector2i& cell) const;
+  /// All cells of the grid, row-major.
+  void survey(std::vector<Ground>& into) const;
+  /// Whether a mask around `cell` meets an obstacle, or the bare body's mask a kTight one.
+  bool blocks(const Eigen::Vector2i& cell, const Mask& mask, const Mask& bare_mask) const;
+
+ private:
+  Ground on_the_map(const Eigen::Vector2i& cell) const;
+  Ground near_start(const Eigen::Vector2i& cell, Ground on_map) const;
+  double near_start_reach() const { return outline_.reach() + map_.grid.resolution; }
+
+  const FloorMap& map_;
+  UnseenFloor unseen_;
+  BodyOutline outline_;
+  Pose2 start_;
+  bool start_is_free_;
+};
+
+}  // namespace headway::nav

@@ -1,0 +1,213 @@
+#include "nav/masks.h"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "hal/error.h"
+#include "nav/blocked_motions.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using Cells = std::set<std::pair<int, int>>;
+
+/// Points of the outline's rim and inside, in the base frame, no farther apart than `spacing`: the rectangle,
+/// grown by the clearance with round corners.
+std::vector<Vector2d> sample_outline(const BodyOutline& o, double spacing) {
+  std::vector<Vector2d> points;
+  const double x_most = o.half_depth + o.clearance(), y_most = o.half_width + o.clearance();
+  const int nx = static_cast<int>(std::ceil(2 * x_most / spacing)) + 1;
+  const int ny = static_cast<int>(std::ceil(2 * y_most / spacing)) + 1;
+  for (int i = 0; i <= nx; ++i) {
+    for (int k = 0; k <= ny; ++k) {
+      const Vector2d p(-x_most + 2 * x_most * i / nx, -y_most + 2 * y_most * k / ny);
+      const double dx = std::max(0.0, std::abs(p.x()) - o.half_depth);
+      const double dy = std::max(0.0, std::abs(p.y()) - o.half_width);
+      if (std::hypot(dx, dy) <= o.clearance()) points.push_back(p);
+    }
+  }
+  return points;
+}
+
+/// Where the base is during a motion that begins on the centre of cell (0, 0): it turns, then goes.
+std::vector<Pose2> sample_motion(const Motion& m, double resolution, int samples) {
+  std::vector<Pose2> poses;
+  const double before = m.heading * std::numbers::pi / 4;
+  const double turn = m.mode() == Mode::kForward ? m.turn() * std::numbers::pi / 4 : 0;
+  const double direction = (m.heading + m.turn()) * std::numbers::pi / 4;
+  const double length = resolution * ((m.heading + m.turn()) % 2 == 0 ? 1 : std::numbers::sqrt2);
+  for (int i = 0; i <= samples; ++i) {
+    const double t = static_cast<double>(i) / samples;
+    if (turn != 0) poses.push_back({0, 0, before + t * turn});
+    poses.push_back({t * length * std::cos(direction), t * length * std::sin(direction), before + turn});
+  }
+  return poses;
+}
+
+std::pair<int, int> cell_of(const Vector2d& p, double resolution) {
+  return {static_cast<int>(std::floor(p.x() / resolution + 0.5)),
+          static_cast<int>(std::floor(p.y() / resolution + 0.5))};
+}
+
+Cells cells_of(const Mask& mask) {
+  Cells cells;
+  for (const Mask::Run& run : mask.runs) {
+    for (int x = run.first; x <= run.last; ++x) cells.insert({x, run.dy});
+  }
+  return cells;
+}
+
+Cells sampled_cells(const BodyOutline& outline, const Motion& m, double resolution, double spacing) {
+  Cells cells;
+  const auto points = sample_outline(outline, spacing);
+  for (const Pose2& pose : sample_motion(m, resolution, 60)) {
+    for (const Vector2d& p : points) cells.insert(cell_of(pose * p, resolution));
+  }
+  return cells;
+}
+
+RC_GTEST_PROP(Motions, AllDifferAndNoneGoesBackward, ()) {
+  const Motion m{*rc::gen::inRange(0, kHeadings), *rc::gen::inRange(0, kMotions)};
+  RC_ASSERT(std::abs(m.turn()) <= 2);
+  RC_ASSERT((m.mode() == Mode::kSideway) == (m.number >= 5));
+  if (m.mode() == Mode::kSideway) RC_ASSERT(m.turn() != 0 && m.heading_after() == m.heading);
+  if (m.mode() == Mode::kForward) RC_ASSERT(m.heading_after() == m.direction());
+  for (int other = 0; other < m.number; ++other) {
+    const Motion o{m.heading, other};
+    RC_ASSERT(o.mode() != m.mode() || o.turn() != m.turn());
+  }
+}
+
+TEST(Masks, HoldEveryPointThatTheSweptBodyCovers) {
+  const BodyOutline hrp2;
+  const Masks masks(hrp2, 0.05);
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    for (int number = 0; number < kMotions; ++number) {
+      const Motion m{heading, number};
+      const Cells mask = cells_of(masks.of(m));
+      for (const auto& cell : sampled_cells(hrp2, m, 0.05, 0.01)) {
+        ASSERT_TRUE(mask.contains(cell))
+            << heading << " " << number << ": " << cell.first << "," << cell.second;
+      }
+    }
+  }
+}
+
+TEST(Masks, HoldNoCellThatTheBodyStaysOneCentimetreAwayFrom) {
+  const BodyOutline hrp2;
+  BodyOutline wider = hrp2;
+  wider.safety_margin += 0.01;
+  const Masks masks(hrp2, 0.05);
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    for (int number = 0; number < kMotions; ++number) {
+      const Motion m{heading, number};
+      const Cells touched = sampled_cells(wider, m, 0.05, 0.005);
+      for (const auto& cell : cells_of(masks.of(m))) {
+        ASSERT_TRUE(touched.contains(cell)) << heading << " " << number;
+      }
+    }
+  }
+}
+
+TEST(Masks, OfOtherBodiesAndGridsHoldWhatTheyCoverToo) {
+  rc::check([] {
+    const auto length = [](int most) { return 0.01 * *rc::gen::inRange(0, most); };
+    const BodyOutline outline{length(30), length(40), length(5), length(10)};
+    const double resolution = *rc::gen::element(0.03, 0.05, 0.1, 0.2);
+    const Motion m{*rc::gen::inRange(0, kHeadings), *rc::gen::inRange(0, kMotions)};
+    // A point exactly between two cells belongs to both.
+    BodyOutline inner = outline;
+    inner.safety_margin = std::max(0.0, inner.safety_margin - 1e-9);
+    const Masks masks(outline, resolution);
+    for (const auto& cell : sampled_cells(inner, m, resolution, 0.02)) {
+      RC_ASSERT(masks.of(m).contains(Vector2i(cell.first, cell.second)));
+    }
+  });
+}
+
+TEST(Masks, RefuseAGridTooFineForTheBody) { EXPECT_THROW(Masks(BodyOutline{}, 0.001), InputError); }
+
+TEST(BlockedMotions, AreThoseWhoseMaskMeetsAnObstacle) {
+  const Masks masks(BodyOutline{}, 0.1);
+  MaskDilation dilation(masks);
+  rc::check([&] {
+    const int width = *rc::gen::inRange(1, 150), height = *rc::gen::inRange(1, 40);
+    const bool outside = *rc::gen::arbitrary<bool>();
+    CellBits bits;
+    bits.reset(width, height, outside);
+    Cells obstacles;
+    for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
+      const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
+      bits.set(x, y);
+      obstacles.insert({x, y});
+    }
+    BlockedMotions blocked;
+    blocked.reset(width, height);
+    dilation.block(bits, 0, height - 1, blocked);
+    for (int trial = 0; trial < 200; ++trial) {
+      const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
+      const Motion m{*rc::gen::inRange(0, kHeadings), *rc::gen::inRange(0, kMotions)};
+      bool hit = false;
+      for (const auto& [dx, dy] : cells_of(masks.of(m))) {
+        const int cx = x + dx, cy = y + dy;
+        const bool inside = cx >= 0 && cy >= 0 && cx < width && cy < height;
+        hit |= inside ? obstacles.contains({cx, cy}) : outside;
+      }
+      const auto cell = static_cast<std::size_t>(y * width + x);
+      RC_ASSERT(((blocked.at(cell, m.heading) >> m.number & 1) != 0) == hit);
+    }
+  });
+}
+
+TEST(BodyCells, AreThoseUnderTheOutlineAndOnTheGrid) {
+  rc::check([] {
+    const FloorGrid grid{0.05, {-0.3, 0.2}, 30, 25};
+    const Pose2 base{*rc::gen::inRange(-100, 150) * 0.01, *rc::gen::inRange(-50, 200) * 0.01,
+                     *rc::gen::inRange(-314, 314) * 0.01};
+    Cells cells, must, may;
+    for (const Vector2i& c : body_cells(grid, BodyOutline{}, base)) {
+      RC_ASSERT(grid.contains(c));
+      cells.insert({c.x(), c.y()});
+    }
+    const auto sampled = [&](const BodyOutline& o, Cells& into) {
+      for (const Vector2d& p : sample_outline(o, 0.005)) {
+        const Vector2i c = grid.cell(base * p);
+        if (grid.contains(c)) into.insert({c.x(), c.y()});
+      }
+    };
+    sampled(BodyOutline{0.20, 0.31, 0.03, 0.0499}, must);
+    sampled(BodyOutline{0.20, 0.31, 0.03, 0.06}, may);
+    RC_ASSERT(std::includes(cells.begin(), cells.end(), must.begin(), must.end()));
+    RC_ASSERT(std::includes(may.begin(), may.end(), cells.begin(), cells.end()));
+  });
+}
+
+TEST(SoleCells, CoverTheSole) {
+  const FloorGrid grid{0.05, {0, 0}, 40, 40};
+  const auto cells = sole_cells(grid, GaitLimits{}, {1.0, 1.0, std::numbers::pi / 2});
+  // 0.2172 m along y and 0.138 m along x, around a corner of four cells.
+  EXPECT_EQ(cells.size(), 6u * 4u);
+  EXPECT_EQ(cells.front(), Vector2i(18, 17));
+  EXPECT_EQ(cells.back(), Vector2i(21, 22));
+}
+
+TEST(BodyOutline, NamesTheKeyThatIsWrong) {
+  BodyOutline outline;
+  outline.half_width = -1;
+  try {
+    outline.validate();
+    FAIL() << "a negative width passed";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("half_width"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace headway::nav
