@@ -1,0 +1,107 @@
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/report.h"
+#include "app/sim_outputs.h"
+#include "app/sim_session.h"
+#include "sim_hal/random_world.h"
+
+namespace headway::app {
+
+namespace {
+
+struct Options {
+  int worlds = 50, stereo = 5;
+  std::uint64_t seed = 1;
+  std::filesystem::path out = "build/campaign", robot = "config/hrp2/robot.yaml";
+  double longest = 400;
+  int only = -1;
+};
+
+struct Totals {
+  int runs = 0, arrived = 0, collisions = 0, falls = 0, stopped = 0;
+};
+
+/// One run; its row for the report. Pictures are kept of runs that did not arrive.
+Json run_one(const Options& options, const Robot& robot, int number, Totals& totals) {
+  const std::uint64_t seed = options.seed * 1000 + static_cast<std::uint64_t>(number);
+  const sim::World world = sim::random_world(seed);
+  SimOptions sim;
+  sim.range_mode = number >= options.stereo;
+  sim.seed = seed;
+  sim.longest = seconds(options.longest);
+  SimSession session(robot, world, sim);
+  SimOutputs outputs(session, options.out / fmt::format("world_{:03}", number));
+  const SimOutcome outcome = session.run();
+  if (!outcome.arrived || options.only >= 0) outputs.write(outcome);
+  ++totals.runs;
+  totals.arrived += outcome.arrived;
+  totals.collisions += outcome.collision.has_value();
+  totals.falls += outcome.fallen;
+  Json row = sim_report(session, outcome);
+  row.erase("steps");
+  Json with_number = {{"number", number}, {"seed", seed}, {"sight", sim.range_mode ? "range" : "stereo"}};
+  with_number.update(row);
+  return with_number;
+}
+
+int run(const Options& options) {
+  const Robot robot = read_robot(options.robot);
+  make_folder(options.out);
+  Totals totals;
+  Json rows = Json::array();
+  for (int number = 0; number < options.worlds; ++number) {
+    if (options.only >= 0 && number != options.only) continue;
+    rows.push_back(run_one(options, robot, number, totals));
+    const Json& row = rows.back();
+    fmt::print("{:3} {:6} {:9} goal error {:.3f} m, {:.1f} s{}{}\n", number, row["sight"].get<std::string>(),
+               row["end"].get<std::string>(), row["goal_error_m"].get<double>(),
+               row["simulated_s"].get<double>(), row["reason"].get<std::string>().empty() ? "" : ": ",
+               row["reason"].get<std::string>());
+    std::fflush(stdout);
+  }
+  write_json(options.out / "report.json", {{"seed", options.seed},
+                                           {"runs", totals.runs},
+                                           {"arrived", totals.arrived},
+                                           {"collisions", totals.collisions},
+                                           {"falls", totals.falls},
+                                           {"rows", rows}});
+  fmt::print("{} runs: {} arrived, {} collisions, {} falls; {}\n", totals.runs, totals.arrived,
+             totals.collisions, totals.falls, (options.out / "report.json").string());
+  const bool good = totals.collisions == 0 && totals.falls == 0 && totals.arrived * 100 >= totals.runs * 95;
+  return good ? kSuccess : kNotReached;
+}
+
+}  // namespace
+
+void add_campaign(CLI::App& app, Run& run_command) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("campaign", "Send the simulated robot through many random worlds");
+  command->add_option("--worlds", options->worlds, "How many")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command
+      ->add_option("--stereo", options->stereo,
+                   "The first so many with images and matcher, the others in range mode")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of the worlds and of all noise")->capture_default_str();
+  command
+      ->add_option("--out", options->out,
+                   "Folder for report.json, and for pictures of runs that did not arrive")
+      ->capture_default_str();
+  command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
+  command->add_option("--only", options->only, "Run just this one of the worlds, with pictures");
+  command->add_option("--longest", options->longest, "Give a run up after so many simulated seconds")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  command->footer(
+      "Example: headway campaign --worlds 50 --seed 1 --out build/campaign\n"
+      "Exit code 0 when nothing collided or fell and 95 % arrived, else 1.");
+  command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
+}
+
+}  // namespace headway::app

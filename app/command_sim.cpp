@@ -1,0 +1,83 @@
+#include <filesystem>
+#include <memory>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/report.h"
+#include "app/sim_outputs.h"
+#include "app/sim_session.h"
+#include "sim_hal/world_file.h"
+
+namespace headway::app {
+
+namespace {
+
+struct Options {
+  std::filesystem::path world, out, robot = "config/hrp2/robot.yaml";
+  std::vector<double> goal;
+  std::uint64_t seed = 0;
+  bool no_replan = false, range = false;
+  double longest = 400;
+};
+
+int run(const Options& options) {
+  const Robot robot = read_robot(options.robot);
+  const sim::World world = sim::read_world(options.world);
+  SimOptions sim;
+  sim.range_mode = options.range;
+  sim.replan = !options.no_replan;
+  sim.seed = options.seed ? options.seed : world.seed;
+  sim.longest = seconds(options.longest);
+  if (!options.goal.empty()) {
+    sim.goal.emplace();
+    sim.goal->position = {options.goal[0], options.goal[1]};
+    if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
+  }
+  SimSession session(robot, world, sim);
+  SimOutputs outputs(session, options.out);
+  Progress progress(world.name);
+  session.on_progress([&] {
+    const Pose2 base = session.body().stance().base();
+    progress.show(static_cast<std::size_t>(to_seconds(session.now())),
+                  static_cast<std::size_t>(options.longest),
+                  fmt::format("s  {}  {:.2f} m to go", name(session.mission().state()),
+                              (base.position() - session.goal().position).norm()));
+  });
+  const SimOutcome outcome = session.run();
+  for (const auto& picture : outputs.write(outcome)) fmt::print("{}\n", picture.string());
+  const auto& counts = session.mission().counters();
+  fmt::print("{}: {}{}{}; {:.2f} m in {:.1f} s, {} steps, {} replans, goal error {:.3f} m\n", world.name,
+             outcome.end, outcome.reason.empty() ? "" : ": ", outcome.reason, outcome.walked, outcome.seconds,
+             session.steps().size(), counts.replans, outcome.goal_error);
+  return outcome.arrived ? kSuccess : kNotReached;
+}
+
+}  // namespace
+
+void add_sim(CLI::App& app, Run& run_command) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "sim", "Run the whole program on a simulated robot: look around, map, plan, walk, replan, arrive");
+  command->add_option("world", options->world, "World file, e.g. config/worlds/lab.yaml")->required();
+  command->add_option("--out", options->out, "Folder for report.json, pictures, map.bt, floor.pgm, cloud.ply")
+      ->required();
+  command->add_option("--goal", options->goal, "X,Y[,YAW]: where to go [m, deg]; default: the world's goal")
+      ->delimiter(',')
+      ->expected(2, 3);
+  command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")->capture_default_str();
+  command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
+  command->add_flag("--range", options->range,
+                    "Depth straight from the ray caster, without images and matcher (fast)");
+  command->add_option("--longest", options->longest, "Give up after so many simulated seconds")
+      ->check(CLI::Range(1.0, 36000.0))
+      ->capture_default_str();
+  command->footer(
+      "Example: headway sim config/worlds/moving_box.yaml --out build/demo\n"
+      "Exit code 0 when the robot arrived, 1 when it did not (report.json says why).");
+  command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
+}
+
+}  // namespace headway::app

@@ -1,0 +1,132 @@
+#include "app/robot_file.h"
+
+#include <numbers>
+
+#include "config/yaml_reader.h"
+#include "vision/field.h"
+#include "vision/rig_files.h"
+
+namespace headway::app {
+
+namespace {
+
+using config::Range;
+using config::Section;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+Eigen::Isometry3d offset(const Section& section, std::string_view key) {
+  const auto v = section.numbers(key, 3, {-2, 2, "m"});
+  Eigen::Isometry3d t = Eigen::Isometry3d::Identity();
+  t.translation() << v[0], v[1], v[2];
+  return t;
+}
+
+void read_neck(const Section& neck, Robot& robot) {
+  robot.chest_height = neck.number("chest_height", {0.2, 2, "m"});
+  hal::HeadKinematics& k = robot.mission.neck;
+  k.chest_from_pan = offset(neck, "chest_from_pan");
+  k.pan_from_tilt = offset(neck, "pan_from_tilt");
+  k.tilt_from_camera = offset(neck, "tilt_from_camera");
+  k.tilt_from_camera.linear() =
+      hal::body_from_optical(neck.number("camera_down_deg", {-60, 60, "deg"}) * kDegree);
+  hal::HeadLimits& limits = robot.mission.head;
+  const auto pan = neck.numbers("pan_deg", 2, {-90, 90, "deg"}),
+             tilt = neck.numbers("tilt_deg", 2, {-90, 90, "deg"});
+  if (pan[0] >= pan[1]) neck.fail("pan_deg", "lowest and highest angle are the wrong way round");
+  if (tilt[0] >= tilt[1]) neck.fail("tilt_deg", "lowest and highest angle are the wrong way round");
+  limits.lower = {pan[0] * kDegree, tilt[0] * kDegree};
+  limits.upper = {pan[1] * kDegree, tilt[1] * kDegree};
+  limits.velocity = neck.number("velocity_deg_s", {1, 360, "deg/s"}) * kDegree;
+  limits.acceleration = neck.number("acceleration_deg_s2", {1, 3600, "deg/s^2"}) * kDegree;
+}
+
+void read_gait(const Section& gait, nav::GaitLimits& limits) {
+  limits.feet_apart = gait.number("feet_apart", {0.05, 0.45, "m"});
+  limits.forward = gait.number("forward", {0.01, 0.5, "m"});
+  limits.forward_on_arc = gait.number("forward_on_arc", {0.01, 0.5, "m"});
+  limits.outward = gait.number("outward", {0.005, 0.2, "m"});
+  limits.yaw = gait.number("yaw_deg", {0.5, 14, "deg"}) * kDegree;
+  limits.step_duration = seconds(gait.number("step_seconds", {0.4, 1.55, "s"}));
+  const auto sole = gait.numbers("sole", 2, {0.05, 0.5, "m"});
+  limits.sole_length = sole[0];
+  limits.sole_width = sole[1];
+  limits.validate();
+}
+
+void read_body(const Section& body, nav::BodyOutline& outline) {
+  outline.half_depth = body.number("half_depth", {0.05, 1, "m"});
+  outline.half_width = body.number("half_width", {0.05, 1, "m"});
+  outline.sway = body.number("sway", {0, 0.2, "m"});
+  outline.safety_margin = body.number("safety_margin", {0, 0.5, "m"});
+  outline.validate();
+}
+
+void read_map(const Section& map, Robot& robot) {
+  robot.mapper.voxels.resolution = map.number("resolution", {0.01, 0.2, "m"});
+  const auto height = map.numbers("height", 2, {-3, 5, "m"});
+  if (height[0] >= height[1]) map.fail("height", "lowest and highest are the wrong way round");
+  robot.map_height = {height[0], height[1]};
+  robot.map_margin = map.number("margin", {0, 10, "m"});
+  robot.mapper.floor.floor_tolerance = map.number("floor_tolerance", {0, 0.5, "m"});
+  robot.mapper.floor.body_height = map.number("body_height", {0.2, 3, "m"});
+  robot.mapper.voxels.obstacle_height = robot.mapper.floor.body_height;
+  robot.mapper.start_area.radius = map.number("start_radius", {0, 3, "m"});
+  robot.mapper.floor.validate();
+}
+
+void read_planner(const Section& planner, nav::PlannerConfig& config) {
+  const std::string unseen = planner.choice("unseen", {"blocked", "costly", "free"});
+  config.unseen = unseen == "blocked"  ? nav::UnseenFloor::kBlocked
+                  : unseen == "costly" ? nav::UnseenFloor::kCostly
+                                       : nav::UnseenFloor::kFree;
+  config.unseen_price = planner.number("unseen_price", {0, 100});
+  config.near_price = planner.number("near_price", {0, 100});
+  config.near_range = planner.number("near_range", {0.05, 3, "m"});
+  config.mode_change = planner.number("mode_change_seconds", {0, 60, "s"});
+  config.validate();
+}
+
+void read_mission(const Section& mission, Robot& robot) {
+  runtime::MissionConfig& config = robot.mission;
+  const auto field = mission.numbers("look_around_field_deg", 2, {5, 170, "deg"});
+  config.viewpoints = vision::viewpoints(config.head, {field[0] * kDegree, field[1] * kDegree});
+  config.frames_per_view = mission.integer("frames_per_view", {1, 20});
+  config.gate.recent = seconds(mission.number("recent_seconds", {0.5, 600, "s"}));
+  config.gate.blind_radius = mission.number("blind_radius", {0, 3, "m"});
+  config.look_distance = mission.number("look_distance", {0.2, 5, "m"});
+  config.goal_tolerance = mission.number("goal_tolerance", {0.01, 1, "m"});
+  robot.steps.max_map_age = seconds(mission.number("max_map_age_seconds", {0.1, 10, "s"}));
+}
+
+void read_simulation(const Section& simulation, SimulationConfig& config) {
+  config.frame_rate = simulation.number("frame_rate", {0.5, 100, "Hz"});
+  const auto size = simulation.numbers("depth_image", 2, {16, 4096, "px"});
+  config.depth_image = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  const Section stage = simulation.section("stage_ms");
+  const auto charge = [&](std::string_view key) {
+    return seconds(stage.number(key, {0, 1000, "ms"}) * 1e-3);
+  };
+  config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
+}
+
+}  // namespace
+
+Robot read_robot(const std::filesystem::path& file) {
+  const Section section = Section::load(file, "robot");
+  Robot robot;
+  robot.name = section.text("name");
+  const std::filesystem::path rig = section.path("rig");
+  read_neck(section.section("neck"), robot);
+  read_gait(section.section("gait"), robot.mission.gait);
+  read_body(section.section("body"), robot.mission.outline);
+  read_map(section.section("map"), robot);
+  read_planner(section.section("planner"), robot.mission.planner);
+  read_mission(section.section("mission"), robot);
+  read_simulation(section.section("simulation"), robot.simulation);
+  section.finish();
+  robot.rig = vision::read_rig(rig);
+  return robot;
+}
+
+}  // namespace headway::app

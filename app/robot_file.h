@@ -1,0 +1,37 @@
+// A robot as a file (config/hrp2/robot.yaml): everything that the parts of the program must know of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "hal/head_kinematics.h"
+#include "runtime/lockstep.h"
+#include "runtime/mapper.h"
+#include "runtime/mission.h"
+#include "vision/rig.h"
+
+namespace headway::app {
+
+struct SimulationConfig {
+  double frame_rate = 10;                 ///< [Hz]
+  Eigen::Vector2i depth_image{170, 240};  ///< width, height in range mode [px]
+  runtime::StageTimes charge;             ///< per frame
+};
+
+struct Robot {
+  std::string name;
+  vision::StereoRig rig;
+  double chest_height = 1.0;  ///< [m]
+  double map_margin = 1.0;    ///< around the floor in use [m]
+  Eigen::Vector2d map_height{-0.4, 2.4};
+  runtime::MapperConfig mapper;  ///< `voxels` gets its box when the floor in use is known
+  runtime::MissionConfig mission;
+  nav::StepStackConfig steps;
+  SimulationConfig simulation;
+};
+
+/// Throws InputError `file:line: key: what, expected what`.
+Robot read_robot(const std::filesystem::path& file);
+
+}  // namespace headway::app

@@ -1,0 +1,289 @@
+#include "app/sim_outputs.h"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "app/map_view.h"
+#include "app/pictures.h"
+#include "nav/explored.h"
+#include "nav/floor_files.h"
+#include "nav/octomap_files.h"
+
+namespace headway::app {
+
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr std::array<std::size_t, 3> kViewsShown{1, 5, 9};
+
+double ms(Duration d) { return to_seconds(d) * 1e3; }
+
+Json spread(std::vector<double> values) {
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) {
+    return rounded(values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))], 3);
+  };
+  return {{"p50_ms", at(0.5)}, {"p99_ms", at(0.99)}, {"max_ms", at(1)}};
+}
+
+Json step_row(const runtime::StepRecord& record) {
+  const hal::Footstep& s = record.step.step;
+  return {{"session", record.session},
+          {"index", record.step.index},
+          {"committed_s", rounded(to_seconds(record.committed), 3)},
+          {"foot", s.foot == hal::Foot::kLeft ? "left" : "right"},
+          {"dx_m", rounded(s.landing.x, 3)},
+          {"dy_m", rounded(s.landing.y, 3)},
+          {"dyaw_deg", rounded(s.landing.yaw * kDegrees, 2)},
+          {"frame_age_s", rounded(to_seconds(record.frame_age), 3)}};
+}
+
+std::vector<std::vector<Eigen::Vector2d>> outlines(const sim::Scene& scene) {
+  std::vector<std::vector<Eigen::Vector2d>> all;
+  for (const sim::Solid& solid : scene.solids()) {
+    std::vector<Eigen::Vector2d> corners;
+    if (solid.shape == sim::Shape::kBox) {
+      for (const auto& [sx, sy] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}})
+        corners.push_back(solid.pose * Eigen::Vector2d(sx * solid.length / 2, sy * solid.width / 2));
+    } else {
+      for (int i = 0; i < 24; ++i) {
+        const double a = i * std::numbers::pi / 12;
+        corners.push_back(solid.pose *
+                          Eigen::Vector2d(solid.radius * std::cos(a), solid.radius * std::sin(a)));
+      }
+    }
+    all.push_back(std::move(corners));
+  }
+  return all;
+}
+
+std::vector<Eigen::Vector2d> positions(const std::vector<Pose2>& poses) {
+  std::vector<Eigen::Vector2d> out;
+  for (const Pose2& p : poses) out.push_back(p.position());
+  return out;
+}
+
+/// Without ceiling-high walls between the eye and the room.
+MapViewConfig room_view(std::string title) {
+  MapViewConfig config;
+  config.highest.z() = 1.7;
+  config.title = std::move(title);
+  return config;
+}
+
+}  // namespace
+
+Json sim_report(const SimSession& session, const SimOutcome& outcome) {
+  const auto& mission = session.mission().counters();
+  const auto& frames = session.frame_loop().counters();
+  const auto& bus = session.bus_loop().counters();
+  const auto& precision = session.precision();
+  const auto space = nav::explored(session.mapper().voxels());
+  const auto floor = nav::explored(session.mapper().floor());
+  Json report;
+  report["world"] = session.scene().world().name;
+  report["robot"] = session.robot().name;
+  report["goal"] = {rounded(session.goal().position.x()), rounded(session.goal().position.y())};
+  report["arrived"] = outcome.arrived;
+  report["end"] = outcome.end;
+  report["reason"] = outcome.reason;
+  report["goal_error_m"] = rounded(outcome.goal_error);
+  report["goal_yaw_error_deg"] = rounded(outcome.goal_yaw_error * kDegrees, 2);
+  report["odometry_error_m"] = rounded(outcome.odometry_error);
+  report["collisions"] = outcome.collision ? 1 : 0;
+  report["falls"] = outcome.fallen ? 1 : 0;
+  report["zmp_margin_m"] = rounded(session.body().body().smallest_margin());
+  report["walked_m"] = rounded(outcome.walked, 3);
+  report["simulated_s"] = rounded(outcome.seconds, 3);
+  report["plans"] = mission.plans;
+  report["replans"] = mission.replans;
+  report["pauses"] = mission.pauses;
+  report["look_arounds"] = mission.look_arounds;
+  report["frames"] = {{"used", frames.frames},
+                      {"lost", frames.lost},
+                      {"no_pose", frames.no_pose},
+                      {"unusable", frames.unusable}};
+  report["bus"] = {{"cycles", bus.cycles},          {"missed", bus.missed},
+                   {"frames", bus.frames},          {"plans_taken", bus.plans_taken},
+                   {"plans_late", bus.plans_late},  {"plans_refused", bus.plans_refused},
+                   {"walks_ended_early", bus.stops}};
+  report["precision"] = {
+      {"points", precision.points},
+      {"coverage_3_sigma", rounded(precision.share())},
+      {"gross_outliers",
+       rounded(precision.points ? static_cast<double>(precision.gross) / static_cast<double>(precision.points)
+                                : 0)},
+      {"outside_at_depth_edges",
+       rounded(precision.points > precision.within_3_sigma
+                   ? static_cast<double>(precision.at_edges) /
+                         static_cast<double>(precision.points - precision.within_3_sigma)
+                   : 0)}};
+  report["explored"] = {
+      {"occupied_m3", rounded(space.occupied, 3)},     {"empty_m3", rounded(space.empty, 3)},
+      {"unseen_m3", rounded(space.unseen, 3)},         {"floor_free_m2", rounded(floor.free, 2)},
+      {"floor_blocked_m2", rounded(floor.blocked, 2)}, {"floor_unseen_m2", rounded(floor.unseen, 2)}};
+  double oldest = 0;
+  for (const auto& step : session.steps()) oldest = std::max(oldest, to_seconds(step.frame_age));
+  report["oldest_frame_age_s"] = rounded(oldest, 3);
+  report["steps"] = Json::array();
+  for (const auto& step : session.steps()) report["steps"].push_back(step_row(step));
+  return report;
+}
+
+SimOutputs::SimOutputs(SimSession& session, std::filesystem::path folder)
+    : session_(session), folder_(std::move(folder)) {
+  make_folder(folder_);
+  session_.observe([this](const runtime::FrameSnapshot& snapshot) { see(snapshot); });
+}
+
+void SimOutputs::see(const runtime::FrameSnapshot& snapshot) {
+  see_ms_.push_back(ms(snapshot.times.see));
+  map_ms_.push_back(ms(snapshot.times.map));
+  floor_ms_.push_back(ms(snapshot.times.floor));
+  plan_ms_.push_back(ms(snapshot.times.plan));
+  total_ms_.push_back(ms(snapshot.times.total()));
+  if (snapshot.mission.views_taken() > views_taken_) take_view(snapshot);
+  if (snapshot.mission.state() == runtime::MissionState::kWalk && snapshot.mission.walk())
+    take_walk(snapshot);
+}
+
+void SimOutputs::take_view(const runtime::FrameSnapshot& snapshot) {
+  views_taken_ = snapshot.mission.views_taken();
+  cloud_.add(snapshot.view, snapshot.map_from_view);
+  if (std::find(kViewsShown.begin(), kViewsShown.end(), views_taken_) == kViewsShown.end()) return;
+  MapViewConfig config = room_view("");
+  config.width = 700;
+  config.height = 560;
+  config.show_unseen = true;
+  MapFigures figures;
+  figures.robot = snapshot.bus.committed.stance.base();
+  const auto& voxels = snapshot.mapper.voxels();
+  views_.push_back(map_view(voxels, bird_view(voxels, config), config, figures));
+  captions_.push_back(fmt::format("after {} view{}: {:.1f} m3 still unseen", views_taken_,
+                                  views_taken_ == 1 ? "" : "s", nav::explored(voxels).unseen));
+}
+
+void SimOutputs::take_walk(const runtime::FrameSnapshot& snapshot) {
+  const int replans = snapshot.mission.counters().replans;
+  const auto keep = [&](std::string name, cv::Mat image) {
+    pictures_.push_back({std::move(name), std::move(image)});
+  };
+  if (!walked_) {
+    walked_ = true;
+    keep("plan", floor(snapshot.mapper, snapshot.mission, snapshot.bus, "the first plan"));
+    if (snapshot.picture) keep("left", image_picture(*snapshot.picture));
+    keep("depth", depth_picture(snapshot.view));
+    keep("uncertainty", uncertainty_picture(snapshot.view));
+  } else if (replans > 0 && replans_ == 0) {
+    keep("replan", floor(snapshot.mapper, snapshot.mission, snapshot.bus,
+                         fmt::format("replanned at {:.1f} s", to_seconds(session_.now()))));
+    if (snapshot.picture) keep("replan_left", image_picture(*snapshot.picture));
+  }
+  replans_ = replans;
+}
+
+std::vector<hal::Stance> SimOutputs::stances() const {
+  hal::Stance stance =
+      hal::Stance::parallel(session_.scene().world().start, session_.robot().mission.gait.feet_apart);
+  std::vector<hal::Stance> all{stance};
+  for (const auto& record : session_.steps()) all.push_back(stance = stance.after(record.step.step));
+  return all;
+}
+
+cv::Mat SimOutputs::floor(const runtime::Mapper& mapper, const runtime::Mission& mission,
+                          const runtime::BusReport& bus, const std::string& title) const {
+  FloorLayers layers;
+  layers.outline = session_.robot().mission.outline;
+  layers.gait = session_.robot().mission.gait;
+  layers.trail = positions(session_.trail().truth);
+  layers.start = session_.scene().world().start;
+  layers.robot = bus.committed.stance.base();
+  layers.goal = session_.goal().position;
+  layers.goal_yaw = session_.goal().yaw;
+  const auto stances = this->stances();
+  for (std::size_t i = 0; i < stances.size(); ++i) {
+    if (i == 0) add_stance(stances[0], layers.feet);
+    if (i == 0) continue;
+    const hal::Foot foot = session_.steps()[i - 1].step.step.foot;
+    layers.feet.push_back({stances[i].at(foot), foot, true});
+  }
+  if (const auto& walk = mission.walk()) {
+    const std::size_t done =
+        bus.committed.session == walk->session && bus.committed.next_index >= walk->first_index
+            ? bus.committed.next_index - walk->first_index
+            : 0;
+    layers.path = polyline(walk->path, mapper.floor().grid);
+    for (std::size_t i = done; i < walk->walk.steps.size(); ++i) {
+      const hal::Foot foot = walk->walk.steps[i].foot;
+      layers.feet.push_back({walk->walk.stances[i].at(foot), foot, false});
+      if (i % 2 == 0) layers.bodies.push_back(walk->walk.bases[i]);
+    }
+  }
+  FloorPictureConfig config;
+  config.title = title;
+  return floor_picture(mapper.floor(), layers, config);
+}
+
+std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) {
+  const runtime::Mapper& mapper = session_.mapper();
+  std::vector<std::filesystem::path> written;
+  const auto save = [&](const std::string& name, const cv::Mat& image) {
+    written.push_back(folder_ / (name + ".png"));
+    write_png(image, written.back());
+  };
+  for (const Picture& picture : pictures_) save(picture.name, picture.image);
+  if (!views_.empty()) {
+    std::vector<Captioned> captioned;
+    for (std::size_t i = 0; i < views_.size(); ++i) captioned.push_back({views_[i], captions_[i]});
+    save("views", strip(captioned));
+  }
+  FloorLayers layers;
+  layers.outline = session_.robot().mission.outline;
+  layers.gait = session_.robot().mission.gait;
+  layers.trail = positions(session_.trail().truth);
+  layers.believed_trail = positions(session_.trail().believed);
+  layers.obstacles = outlines(session_.scene());
+  layers.start = session_.scene().world().start;
+  layers.robot = session_.body().stance().base();
+  layers.goal = session_.goal().position;
+  layers.goal_yaw = session_.goal().yaw;
+  MapFigures figures;
+  const auto stances = this->stances();
+  add_stance(stances[0], layers.feet);
+  for (std::size_t i = 1; i < stances.size(); ++i) {
+    const hal::Foot foot = session_.steps()[i - 1].step.step.foot;
+    layers.feet.push_back({stances[i].at(foot), foot, true});
+  }
+  if (outcome.collision) layers.collisions.push_back(layers.robot->position());
+  FloorPictureConfig floor_config;
+  floor_config.title = fmt::format("{}: {}", session_.scene().world().name, outcome.end);
+  save("floor", floor_picture(mapper.floor(), layers, floor_config));
+  const MapViewConfig view =
+      room_view(fmt::format("the map of {} after the walk", session_.scene().world().name));
+  figures.robot = layers.robot;
+  figures.goal = session_.goal().position;
+  figures.feet = layers.feet;
+  figures.gait = layers.gait;
+  save("map", map_view(mapper.voxels(), bird_view(mapper.voxels(), view), view, figures));
+
+  nav::write_bt(mapper.voxels(), folder_ / "map.bt");
+  nav::write_map_server(mapper.floor(), folder_);
+  cloud_.write(folder_ / "cloud.ply");
+  write_json(folder_ / "report.json", sim_report(session_, outcome));
+  write_json(folder_ / "timing.json", {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},
+                                       {"frames", total_ms_.size()},
+                                       {"late", session_.frame_loop().counters().late},
+                                       {"see", spread(see_ms_)},
+                                       {"map", spread(map_ms_)},
+                                       {"floor", spread(floor_ms_)},
+                                       {"plan", spread(plan_ms_)},
+                                       {"total", spread(total_ms_)}});
+  return written;
+}
+
+}  // namespace headway::app

@@ -1,0 +1,52 @@
+// What a simulated run leaves behind: reports, pictures, the map and the cloud.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "app/report.h"
+#include "app/sim_session.h"
+#include "nav/cloud_file.h"
+
+namespace headway::app {
+
+/// The report of a run, as report.json holds it (without wall-clock times).
+Json sim_report(const SimSession& session, const SimOutcome& outcome);
+
+/// Watches a run and writes its files at the end.
+class SimOutputs {
+ public:
+  SimOutputs(SimSession& session, std::filesystem::path folder);
+
+  void see(const runtime::FrameSnapshot& snapshot);
+  /// Writes everything; returns the pictures' paths.
+  std::vector<std::filesystem::path> write(const SimOutcome& outcome);
+
+ private:
+  struct Picture {
+    std::string name;
+    cv::Mat image;
+  };
+  void take_view(const runtime::FrameSnapshot& snapshot);
+  void take_walk(const runtime::FrameSnapshot& snapshot);
+  cv::Mat floor(const runtime::Mapper& mapper, const runtime::Mission& mission, const runtime::BusReport& bus,
+                const std::string& title) const;
+  std::vector<hal::Stance> stances() const;
+
+  SimSession& session_;
+  std::filesystem::path folder_;
+  std::vector<Picture> pictures_;
+  std::vector<cv::Mat> views_;
+  std::vector<std::string> captions_;
+  nav::CloudFile cloud_;
+  std::size_t views_taken_ = 0;
+  int replans_ = 0;
+  bool walked_ = false;
+  std::vector<double> see_ms_, map_ms_, floor_ms_, plan_ms_, total_ms_;
+  Stopwatch wall_;
+};
+
+}  // namespace headway::app

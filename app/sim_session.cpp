@@ -1,0 +1,238 @@
+#include "app/sim_session.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "hal/error.h"
+#include "vision/rectify.h"
+
+namespace headway::app {
+
+namespace {
+
+Robot with_map_for(Robot robot, const sim::World& world) {
+  const double margin = robot.map_margin;
+  const Eigen::Vector2d low = world.floor.centre - world.floor.size / 2,
+                        high = world.floor.centre + world.floor.size / 2;
+  robot.mapper.voxels.lowest = {low.x() - margin, low.y() - margin, robot.map_height.x()};
+  robot.mapper.voxels.highest = {high.x() + margin, high.y() + margin, robot.map_height.y()};
+  robot.mapper.voxels.validate();
+  return robot;
+}
+
+bool on_floor(const sim::World& world, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d d = (p - world.floor.centre).cwiseAbs();
+  return d.x() < world.floor.size.x() / 2 && d.y() < world.floor.size.y() / 2;
+}
+
+nav::Goal goal_of(const sim::World& world, const SimOptions& options) {
+  nav::Goal goal;
+  if (options.goal)
+    goal = *options.goal;
+  else if (world.goal)
+    goal = {world.goal->position, world.goal->yaw};
+  else
+    throw InputError(fmt::format("world '{}': has no goal; give one with --goal X,Y[,YAW]", world.name));
+  if (!on_floor(world, goal.position))
+    throw InputError(
+        fmt::format("goal ({:.2f}, {:.2f}): lies outside the floor of world '{}', expected x within {:.2f} "
+                    "of {:.2f} and y within {:.2f} of {:.2f}",
+                    goal.position.x(), goal.position.y(), world.name, world.floor.size.x() / 2,
+                    world.floor.centre.x(), world.floor.size.y() / 2, world.floor.centre.y()));
+  if (!on_floor(world, world.start.position()))
+    throw InputError(fmt::format("world '{}': start: lies outside the floor", world.name));
+  return goal;
+}
+
+sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
+  sim::RobotConfig config;
+  config.kinematics = robot.mission.neck;
+  config.feet_apart = robot.mission.gait.feet_apart;
+  config.frame_rate = robot.simulation.frame_rate;
+  config.body = options.body;
+  config.body.seed = options.seed;
+  config.body.chest.height = robot.chest_height;
+  config.control.chest.height = robot.chest_height;
+  return config;
+}
+
+sim::Lens lens(const vision::CameraIntrinsics& c) {
+  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+}
+
+sim::StereoCameraModel stereo_model(const vision::StereoRig& rig, std::uint64_t seed) {
+  sim::StereoCameraModel model;
+  model.left = lens(rig.left);
+  model.right = lens(rig.right);
+  model.right_from_left = rig.right_from_left;
+  model.seed = seed;
+  return model;
+}
+
+/// The rig after rectification, at the size of range mode.
+sim::DepthCameraModel depth_model(const Robot& robot, const vision::RectifiedRig& rig, std::uint64_t seed) {
+  const double scale = static_cast<double>(robot.simulation.depth_image.x()) / rig.camera.width;
+  sim::DepthCameraModel model;
+  model.width = robot.simulation.depth_image.x();
+  model.height = robot.simulation.depth_image.y();
+  model.focal = rig.camera.focal * scale;
+  model.cx = (rig.camera.cx + 0.5) * scale - 0.5;
+  model.cy = (rig.camera.cy + 0.5) * scale - 0.5;
+  model.baseline = rig.baseline;
+  model.nearest = rig.nearest;
+  model.farthest = rig.farthest;
+  model.disparity_sigma = rig.disparity_sigma * scale;  // the same error of depth as at the full size
+  model.seed = seed;
+  return model;
+}
+
+runtime::DepthEyes::Config depth_eyes(const sim::DepthCameraModel& m,
+                                      const Eigen::Isometry3d& left_from_rectified) {
+  runtime::DepthEyes::Config config;
+  config.camera = {m.width, m.height, m.focal, m.cx, m.cy};
+  config.near = m.nearest;
+  config.far = m.farthest;
+  config.sigma = vision::StereoDepthSigma{m.focal * m.baseline, m.disparity_sigma};
+  config.left_from_view = left_from_rectified;
+  return config;
+}
+
+runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
+  runtime::BusLoopConfig config;
+  config.stance = hal::Stance::parallel(start, robot.mission.gait.feet_apart);
+  config.steps = robot.steps;
+  return config;
+}
+
+runtime::FrameLoopConfig frame_config(const Robot& robot) {
+  runtime::FrameLoopConfig config;
+  config.neck = robot.mission.neck;
+  config.budget = seconds(1 / robot.simulation.frame_rate);
+  return config;
+}
+
+runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& options) {
+  runtime::MissionConfig config = robot.mission;
+  config.replan = options.replan;
+  return config;
+}
+
+drivers::HeadConfig head_config(const Robot& robot) {
+  drivers::HeadConfig config;
+  config.limits = robot.mission.head;
+  return config;
+}
+
+std::optional<std::string> touched(const sim::Scene& scene, const sim::BodyBox& box) {
+  const Eigen::Vector3d x = box.map_from_box.linear().col(0);
+  const sim::Solid part = sim::Solid::box(box.map_from_box.translation(), box.size, std::atan2(x.y(), x.x()));
+  const auto contact = scene.collides(std::span(&part, 1), Pose2{});
+  if (!contact) return std::nullopt;
+  const auto& world = scene.world();
+  return contact->solid < world.things.size() ? world.things[contact->solid].name
+                                              : world.moving[contact->solid - world.things.size()].thing.name;
+}
+
+}  // namespace
+
+SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOptions& options)
+    : robot_(with_map_for(robot, world)),
+      goal_(goal_of(world, options)),
+      options_(options),
+      scene_(world),
+      body_(robot_config(robot_, options), world.start),
+      head_(body_.bus(), head_config(robot_)),
+      walker_(body_.bus()),
+      links_(std::make_unique<runtime::Links>()),
+      mapper_(robot_.mapper, world.start),
+      mission_(mission_config(robot_, options), mapper_.floor().grid),
+      bus_loop_(bus_config(robot_, world.start), body_.bus(), head_, walker_, *links_),
+      frames_(frame_config(robot_), make_eyes(), mapper_, mission_, *links_, stopwatch_),
+      lockstep_(
+          {sim::SimRobot::kPeriod, robot_.simulation.charge}, clock_, [this](Time now) { move_world(now); },
+          bus_loop_, frames_) {
+  body_.on_exposure([this](Time t, const Eigen::Isometry3d& map_from_camera) {
+    if (stereo_camera_) stereo_camera_->expose(t, map_from_camera);
+    const Eigen::Isometry3d map_from_view = map_from_camera * eyes_->left_from_view();
+    if (depth_camera_) depth_camera_->expose(t, map_from_view);
+    precision_.expose(t, scene_, camera_, map_from_view);
+  });
+  body_.on_touch([this](const sim::BodyBox& box, Time) { return touched(scene_, box); });
+  frames_.observe([this](const runtime::FrameSnapshot& snapshot) {
+    precision_.judge(snapshot.stamp.exposure, snapshot.view);
+    if (observer_) observer_(snapshot);
+  });
+  mission_.set_goal(goal_);
+}
+
+runtime::Eyes& SimSession::make_eyes() {
+  const vision::Rectifier rectifier(robot_.rig);
+  camera_ = rectifier.camera();
+  if (options_.range_mode) {
+    const auto model = depth_model(robot_, rectifier.rig(), options_.seed);
+    camera_ = {model.width, model.height, model.focal, model.cx, model.cy};
+    depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model);
+    eyes_ = std::make_unique<runtime::DepthEyes>(
+        *depth_camera_, depth_eyes(model, rectifier.rectified_from_left().inverse()));
+  } else {
+    const auto model = stereo_model(robot_.rig, options_.seed);
+    stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model);
+    eyes_ = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, vision::VisionConfig{});
+  }
+  return *eyes_;
+}
+
+void SimSession::move_world(Time now) {
+  scene_.advance(now, body_.stance().base());
+  body_.step(now);
+}
+
+void SimSession::note() {
+  runtime::StepRecord record;
+  while (links_->steps.pop(record)) steps_.push_back(record);
+  if (clock_.now().time_since_epoch() % seconds(0.1) != Duration(0)) return;
+  trail_.truth.push_back(body_.stance().base());
+  const Eigen::Isometry3d chest = walker_.chest().odom_from_chest;
+  trail_.believed.push_back({chest.translation().x(), chest.translation().y(),
+                             std::atan2(chest.linear()(1, 0), chest.linear()(0, 0))});
+  if (progress_) progress_();
+}
+
+SimOutcome SimSession::run() {
+  const Time end = clock_.now() + options_.longest;
+  while (clock_.now() < end) {
+    lockstep_.step();
+    note();
+    if (body_.fallen()) return judge("fall");
+    if (body_.collision()) return judge("collision");
+    if (mission_.state() == runtime::MissionState::kArrived) return judge("arrived");
+    if (mission_.state() == runtime::MissionState::kStopped &&
+        walker_.status().state == hal::WalkState::kStanding)
+      return judge("stopped");
+  }
+  return judge("time");
+}
+
+SimOutcome SimSession::judge(std::string end) const {
+  SimOutcome out;
+  out.end = std::move(end);
+  out.arrived = out.end == "arrived";
+  out.fallen = body_.fallen();
+  out.collision = body_.collision();
+  out.reason = mission_.reason();
+  if (out.collision)
+    out.reason = fmt::format("the {} touched {} after {:.2f} s", out.collision->part, out.collision->object,
+                             to_seconds(out.collision->time));
+  if (out.fallen) out.reason = fmt::format("the robot fell after {:.2f} s", to_seconds(clock_.now()));
+  if (out.end == "time") out.reason = fmt::format("not done after {:.0f} s", to_seconds(options_.longest));
+  const Pose2 base = body_.stance().base();
+  out.goal_error = (base.position() - goal_.position).norm();
+  if (goal_.yaw) out.goal_yaw_error = std::abs(wrap_angle(base.yaw - *goal_.yaw));
+  out.odometry_error = (base.position() - links_->report.value().committed.stance.base().position()).norm();
+  out.walked = body_.path_walked();
+  out.seconds = to_seconds(clock_.now());
+  return out;
+}
+
+}  // namespace headway::app

@@ -1,0 +1,112 @@
+// One run of the whole program against the simulated robot: builds both, steps them together, and judges the
+// result by the simulator's truth.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/precision.h"
+#include "app/robot_file.h"
+#include "drivers/can_walker.h"
+#include "drivers/cia402_head.h"
+#include "runtime/bus_loop.h"
+#include "runtime/frame_loop.h"
+#include "runtime/lockstep.h"
+#include "sim_hal/robot.h"
+#include "sim_hal/scene.h"
+#include "sim_hal/sim_camera.h"
+#include "sim_hal/sim_depth_camera.h"
+#include "sim_hal/world.h"
+
+namespace headway::app {
+
+struct SimOptions {
+  bool range_mode = false;  ///< depth straight from the ray caster instead of two images and a matcher
+  bool replan = true;
+  std::optional<nav::Goal> goal;    ///< instead of the world's
+  std::uint64_t seed = 1;           ///< of all noise in the simulated robot
+  Duration longest = seconds(400);  ///< simulated time after which a run is given up
+  sim::BodyConfig body;             ///< errors of the true robot; its seed is replaced by `seed`
+};
+
+/// How a run ended.
+struct SimOutcome {
+  bool arrived = false;
+  bool fallen = false;
+  std::optional<sim::Collision> collision;
+  std::string end;            ///< "arrived", "stopped", "collision", "fall" or "time"
+  std::string reason;         ///< why it stopped, for people
+  double goal_error = 0;      ///< true distance of the base from the goal [m]
+  double goal_yaw_error = 0;  ///< [rad]; 0 without a wished yaw
+  double odometry_error = 0;  ///< true base against the believed one [m]
+  double walked = 0;          ///< way of the base [m]
+  double seconds = 0;         ///< simulated
+};
+
+/// Samples of the run for pictures and reports.
+struct SimTrail {
+  std::vector<Pose2> truth, believed;  ///< base poses, ten a second
+};
+
+class SimSession {
+ public:
+  /// Throws InputError when world and robot do not fit (start or goal outside the floor).
+  SimSession(const Robot& robot, const sim::World& world, const SimOptions& options);
+
+  /// Called after each frame's work.
+  void observe(runtime::FrameObserver observer) { observer_ = std::move(observer); }
+  /// Called ten times per simulated second.
+  void on_progress(std::function<void()> report) { progress_ = std::move(report); }
+
+  SimOutcome run();
+
+  Time now() const { return clock_.now(); }
+  const nav::Goal& goal() const { return goal_; }
+  const Robot& robot() const { return robot_; }
+  const sim::Scene& scene() const { return scene_; }
+  const sim::SimRobot& body() const { return body_; }
+  const runtime::Mapper& mapper() const { return mapper_; }
+  const runtime::Mission& mission() const { return mission_; }
+  const runtime::BusLoop& bus_loop() const { return bus_loop_; }
+  const runtime::FrameLoop& frame_loop() const { return frames_; }
+  const drivers::CanWalker& walker() const { return walker_; }
+  const PrecisionCheck::Result& precision() const { return precision_.result(); }
+  const std::vector<runtime::StepRecord>& steps() const { return steps_; }
+  const SimTrail& trail() const { return trail_; }
+
+ private:
+  runtime::Eyes& make_eyes();
+  void move_world(Time now);
+  void note();
+  SimOutcome judge(std::string end) const;
+
+  Robot robot_;
+  nav::Goal goal_;
+  SimOptions options_;
+  hal::ManualClock clock_;
+  hal::MonotonicClock stopwatch_;
+  sim::Scene scene_;
+  sim::SimRobot body_;
+  std::unique_ptr<sim::SimStereoCamera> stereo_camera_;
+  std::unique_ptr<sim::SimDepthCamera> depth_camera_;
+  std::unique_ptr<runtime::Eyes> eyes_;
+  vision::PinholeCamera camera_;  ///< of the views
+  drivers::Cia402Head head_;
+  drivers::CanWalker walker_;
+  std::unique_ptr<runtime::Links> links_;
+  runtime::Mapper mapper_;
+  runtime::Mission mission_;
+  runtime::BusLoop bus_loop_;
+  runtime::FrameLoop frames_;
+  runtime::Lockstep lockstep_;
+  runtime::FrameObserver observer_;
+  std::function<void()> progress_;
+  PrecisionCheck precision_;
+  std::vector<runtime::StepRecord> steps_;
+  SimTrail trail_;
+};
+
+}  // namespace headway::app
