@@ -25,10 +25,10 @@ job_count() {
   echo "${HEADWAY_JOBS:-$jobs}"
 }
 
-# Reads a build's or ctest's output and shows how far it is: each tenth on its own line, or one moving line on a
-# terminal. Lines look like "[12/130] ..." (ninja) or " 12/130 Test ..." (ctest).
+# Reads a build's or ctest's output and shows how far it is: a line for each quarter, or one moving line on a terminal.
+# Lines look like "[12/130] ..." (ninja) or " 12/130 Test ..." (ctest).
 show_progress() {
-  local name=$1 line shown=-1 tenth done all
+  local name=$1 line shown=0 quarter done all
   while IFS= read -r line; do
     [[ $line =~ ^[[:space:]]*\[?([0-9]+)/([0-9]+)[\]\ ] ]] || continue
     done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
@@ -36,9 +36,9 @@ show_progress() {
     if [[ -t 1 ]]; then
       printf '\r%s: %d of %d ' "$name" "$done" "$all"
     else
-      tenth=$((done * 10 / all))
-      ((tenth > shown)) && printf '%s: %d of %d\n' "$name" "$done" "$all"
-      ((tenth > shown)) && shown=$tenth
+      quarter=$((done * 4 / all))
+      ((quarter > shown)) && printf '%s: %d of %d\n' "$name" "$done" "$all"
+      ((quarter > shown)) && shown=$quarter
     fi
   done
   [[ -t 1 ]] && printf '\r\033[K'
@@ -74,20 +74,32 @@ build() {
   run_logged "build $preset" cmake --build --preset "$preset" -j "$(job_count)" ${1:+--target "$@"}
 }
 
-# run_tests PRESET [CTEST ARGUMENT...]: ctest in parallel; shows what failed and ctest's own summary.
+# run_tests PRESET [CTEST ARGUMENT...]: ctest in parallel; shows what failed, and ends with ctest's own summary.
 run_tests() {
-  local preset=$1 log=build/log/test-$1.log status=0
+  local preset=$1 log=build/log/test-$1.log status=0 skipped
   shift
   mkdir -p build/log
-  ctest --preset "$preset" -j "$(job_count)" --no-label-summary "$@" </dev/null 2>&1 |
+  # Random properties draw the same cases on every run; RC_PARAMS= (empty) draws new ones.
+  RC_PARAMS="${RC_PARAMS-seed=2008}" ctest --preset "$preset" -j "$(job_count)" --no-label-summary "$@" </dev/null 2>&1 |
     tee "$log" | show_progress "test $preset" || status=$?
-  if ((status != 0)); then
-    grep -B 2 -A 60 -E '\*\*\*(Failed|Timeout|Exception|Not Run)' "$log" | head -n 400 >&2 || true
-  fi
-  local skipped
+  # Each failed test's line and what it said, up to the next test's lines.
+  awk '/^ *[0-9]+\/[0-9]+ Test +#/ { on = /\*\*\*/ && !/\*\*\*Skipped/ } /^ *Start +[0-9]+:|tests (passed|FAILED)/ { on = 0 } on' \
+    "$log" | head -n 400
   skipped=$(grep -c '\*\*\*Skipped' "$log" || true)
-  ((skipped == 0)) || echo "test $preset: $skipped skipped (the log says why: $log)"
-  sed -n '/tests passed/,$p' "$log" | sed '/^$/d; /The following tests did not run/,/^Errors while/{/Skipped/d; /did not run/d}'
-  ((status != 0)) && echo "test $preset: failed; all of it stands in $log" >&2
+  ((skipped == 0)) || echo "test $preset: $skipped of them skipped themselves; $log says why"
+  ((status == 0)) || echo "test $preset: failed; all of it stands in $log"
+  awk '/tests passed|tests FAILED/ { on = 1 } /did not run/ { on = 0 } on && NF' "$log"
+  if grep -q 'No tests were found' "$log"; then fail "test $preset: no tests were found"; fi
   return "$status"
+}
+
+# What the sanitizers check and say, for the builds asan and tsan.
+use_sanitizer_options() {
+  local folder=$PWD/tests/sanitizers
+  export ASAN_OPTIONS=detect_stack_use_after_return=1:check_initialization_order=1:strict_init_order=1
+  export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+  export LSAN_OPTIONS=suppressions=$folder/leaks.txt:print_suppressions=0
+  export TSAN_OPTIONS=suppressions=$folder/threads.txt:halt_on_error=1:second_deadlock_stack=1
+  # Fewer cases of each random property: the code under a sanitizer is several times slower.
+  export RC_PARAMS="${RC_PARAMS-seed=2008 max_success=30}"
 }
