@@ -50,7 +50,11 @@ class PgmReader {
     pgm.width = number("width", 1, kWidest);
     pgm.height = number("height", 1, kWidest);
     if (number("largest value", 1, 65535) != 255) fail("largest value is not 255, expected an 8-bit image");
-    pgm.pixels.resize(static_cast<std::size_t>(pgm.width) * static_cast<std::size_t>(pgm.height));
+    const auto count = static_cast<std::size_t>(pgm.width) * static_cast<std::size_t>(pgm.height);
+    if (fs::file_size(file_) < count) {  // before so much memory is asked for
+      fail(fmt::format("is too short for {} x {} pixels; copy it again", pgm.width, pgm.height));
+    }
+    pgm.pixels.resize(count);
     if (magic == "P2") {
       for (auto& p : pgm.pixels) p = static_cast<std::uint8_t>(number("pixel", 0, 255));
       return pgm;

@@ -57,10 +57,10 @@ BrickBox bricks_in_view(const VoxelMap& map, const RangeSamples& image,
   }
   const double brick = map.resolution() * kEdge;
   const Eigen::Array3d end = map.bricks().cast<double>();
-  const auto brick_of = [&](const Eigen::Vector3d& p) {
-    return ((p - map.lowest()).array() / brick).floor().max(-1).min(end);
+  const auto brick_of = [&](const Eigen::Vector3d& p) -> Eigen::Array3i {
+    return ((p - map.lowest()).array() / brick).floor().max(-1).min(end).cast<int>();
   };
-  return {brick_of(low).cast<int>().max(0), brick_of(high).cast<int>().min(map.bricks().array() - 1)};
+  return {brick_of(low).max(0), brick_of(high).min(map.bricks().array() - 1)};
 }
 
 /// Where a brick lies to the view.

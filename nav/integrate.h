@@ -1,8 +1,13 @@
 // Puts what one view saw into the voxel map.
 //
-// Voxels are projected into the range image; no rays are cast. With the range image's covariance a voxel is
-// emptied only where the surface behind it is more than three sigma away, and a hit is spread over plus and
-// minus one sigma.
+// Voxels are projected into the range image; no rays are cast. With the range image's uncertainty a voxel is
+// emptied only where the surface behind it is more than three sigma away, and hits are spread over what is
+// left of sigma when neighbouring pixels are taken together.
+//
+// Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
+// block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
+// voxel occupied and is undone by three views that see it empty (-8 each); a voxel long known empty (-40)
+// needs three hits, one long known occupied (+70) nine misses, to change sides.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,13 +27,18 @@ struct BodyBox {
 };
 
 struct IntegrationConfig {
-  double free_sigmas = 3;  ///< empty only this many sigma in front of what was measured
-  double hit_sigmas = 1;   ///< hits reach this many sigma to both sides
-  double least_hit =
-      0.5;  ///< of a full hit, for the voxel that holds a measured point, however wide sigma is
-  int supporters =
-      2;  ///< neighbours (of 8) that must lie on the same surface; a point with fewer is an outlier
-  double longest_hit = 4;  ///< voxels: limit of half a hit's depth on surfaces seen at grazing angles
+  /// Voxels are emptied only so many sigma in front of what was measured.
+  double free_sigmas = 3;
+  /// Hits reach this many sigma to both sides of the surface. Samples are means over several pixels, whose
+  /// own sigma is about half a pixel's where noise is correlated as matchers correlate it; more only thickens
+  /// walls.
+  double hit_sigmas = 0.5;
+  /// Share of a full hit for the voxel that holds a measured point, however wide sigma is.
+  double least_hit = 0.5;
+  /// Neighbours (of 8) that must lie on the same surface; a point with fewer is an outlier.
+  int supporters = 2;
+  /// Limit of half a hit's depth on surfaces seen at grazing angles, in voxels.
+  double longest_hit = 4;
   /// Points in these boxes are the robot itself and say nothing. In the frame that `map_from_body` places.
   std::vector<BodyBox> own_body;
 
@@ -38,16 +48,16 @@ struct IntegrationConfig {
 
 /// What one view did.
 struct IntegrationStats {
-  std::size_t samples = 0;   ///< points of the (reduced) range image that were used
-  std::size_t rejected = 0;  ///< outliers, and points on the robot itself
-  std::size_t hits = 0,
-              misses = 0;  ///< voxels made more, and less, likely to be occupied (at the clamps: unchanged)
+  std::size_t samples = 0;     ///< of the reduced range image, used
+  std::size_t rejected = 0;    ///< of it, dropped as outliers or as the robot itself
+  std::size_t hits = 0;        ///< voxels seen occupied
+  std::size_t misses = 0;      ///< voxels seen empty
   std::size_t first_seen = 0;  ///< voxels that were unseen before
   std::size_t bricks_changed = 0;
 };
 
-/// Integrates views and keeps the memory it needs for that; after the first view of a size nothing is
-/// allocated. The same views in the same order give the same map, to the byte.
+/// Integrates views and keeps the memory it needs for that, which grows only when a view needs more than all
+/// before. The same views in the same order give the same map, to the byte.
 class Integrator {
  public:
   /// Throws InputError as IntegrationConfig::validate.
