@@ -54,18 +54,4 @@ Sequence read_sequence(const std::filesystem::path& folder, const SequenceOption
 Sequence read_stereo_sequence(const std::filesystem::path& folder, const SequenceOptions& options = {});
 Sequence read_depth_sequence(const std::filesystem::path& folder);
 
-/// A pose with its stamp [ns], in rising order.
-struct StampedPose {
-  std::int64_t stamp_ns = 0;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-};
-/// "stamp [ns], x, y, z, qw, qx, qy, qz" a line; # begins a comment. Throws InputError.
-std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv);
-
-/// A 4x4 rigid transform. Throws InputError when it is not one.
-Eigen::Isometry3d read_pose_matrix(const std::filesystem::path& file);
-
-/// A 3x3 pinhole matrix with square pixels; the size is left at zero. Throws InputError.
-vision::PinholeCamera read_intrinsics(const std::filesystem::path& file);
-
 }  // namespace headway::app
