@@ -19,8 +19,4 @@ struct RandomWorldConfig {
 /// moved (and wherever it is on its way). The same seed gives the same world on every machine.
 World random_world(std::uint64_t seed, const RandomWorldConfig& config = {});
 
-/// Can a disc of that radius go from start to goal among these solids (grid of 5 cm, rounded to the safe
-/// side)?
-bool reachable(const World& world, const std::vector<Solid>& solids, double clearance);
-
 }  // namespace headway::sim

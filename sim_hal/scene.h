@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "sim_hal/oriented_box.h"
 #include "sim_hal/solid.h"
 #include "sim_hal/world.h"
 
@@ -60,6 +62,8 @@ class Scene {
   const std::vector<Solid>& solids() const;
   /// Texture of a surface; -1 for kNoSurface.
   int texture_of(int surface) const;
+  /// "floor", "nothing", or the name of the thing.
+  std::string name_of(int surface) const;
 
   const WorldState& state() const;
   /// Sets the moving things as they are in that state.
@@ -83,6 +87,9 @@ class Scene {
   /// The first contact of the robot's parts (solids in its base frame) with the world's solids. Exact; the
   /// floor does not count. Real-time safe.
   std::optional<Contact> collides(std::span<const Solid> parts, const Pose2& map_from_base) const noexcept;
+
+  /// The same for one part that is not upright (it sways with the chest): index of the first solid it meets.
+  std::optional<std::size_t> collides(const OrientedBox& part) const noexcept;
 
   /// Truth for evaluation: is a point inside a solid, or below the floor?
   bool occupied(const Eigen::Vector3d& point) const;

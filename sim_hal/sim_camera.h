@@ -3,22 +3,16 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "hal/camera.h"
 #include "hal/clock.h"
+#include "sim_hal/imager.h"
 #include "sim_hal/lens.h"
 #include "sim_hal/scene.h"
+#include "sim_hal/transfer.h"
 
 namespace headway::sim {
-
-/// What the sensor and the lens add to the light.
-struct Imager {
-  double noise_sigma = 1.5;  ///< of each pixel, grey levels
-  double vignetting = 0.15;  ///< share of light lost in the corners
-  double exposure = 1.0;     ///< gain
-};
 
 struct StereoCameraModel {
   Lens left, right;
@@ -50,7 +44,7 @@ class SimStereoCamera final : public hal::StereoCamera {
   const hal::Clock& clock_;
   StereoCameraModel model_;
   std::vector<Eigen::Vector2f> left_rays_, right_rays_;
-  std::deque<hal::StereoFrame> on_the_way_;
+  Transfer<hal::StereoFrame> transfer_;
   std::uint64_t sequence_ = 0;
 };
 

@@ -4,13 +4,13 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "hal/camera.h"
 #include "hal/clock.h"
 #include "sim_hal/lens.h"
 #include "sim_hal/scene.h"
+#include "sim_hal/transfer.h"
 
 namespace headway::sim {
 
@@ -21,10 +21,11 @@ struct DepthCameraModel {
   double baseline = 0.144;                    ///< [m]
   double nearest = 0.4, farthest = 6.0;       ///< Z that is measured [m]
   double disparity_sigma = 0.3;               ///< [px]
-  double correlation = 0;         ///< distance over which the error's correlation falls to 1/e [px]; 0: none
-  double outliers = 0.005;        ///< share of pixels with a disparity that has nothing to do with the scene
-  double missing = 0.03;          ///< share of pixels without a value
-  double missing_at_edges = 0.5;  ///< the same where the disparity jumps by more than 1 px within 2 px
+  double correlation = 0;   ///< distance over which the error's correlation falls to 1/e [px]; 0: none
+  double outliers = 0.005;  ///< share of pixels with a disparity that has nothing to do with the scene
+  double missing = 0.03;    ///< share of pixels without a value
+  double missing_at_edges =
+      0.5;  ///< the same where the disparity jumps by more than 1 px from pixel to pixel, within 2 px
   Duration transfer = std::chrono::milliseconds(20);
   std::uint64_t seed = 1;
 };
@@ -48,16 +49,16 @@ class SimDepthCamera final : public hal::DepthCamera {
   const std::vector<float>& truth() const { return truth_; }
 
  private:
-  void measure(const Eigen::Isometry3d& map_from_camera);
-  void add_errors(std::vector<float>& depth);
+  std::vector<float> seen_by_both(const Eigen::Isometry3d& map_from_camera) const;
+  bool at_edge(std::size_t index) const;
+  void add_errors(std::uint64_t sequence, std::vector<float>& depth) const;
 
   const Scene& scene_;
   const hal::Clock& clock_;
   DepthCameraModel model_;
   std::vector<Eigen::Vector2f> rays_;
   std::vector<float> truth_;
-  std::vector<std::uint8_t> seen_by_both_;
-  std::deque<hal::DepthFrame> on_the_way_;
+  Transfer<hal::DepthFrame> transfer_;
   std::uint64_t sequence_ = 0;
 };
 
