@@ -85,12 +85,18 @@ void CanWalker::receive(const hal::CanFrame& frame) noexcept {
       if (const auto m = read<bus::WalkStatus>(frame, status_checker_)) hear(*m, frame.stamp);
       break;
     case bus::ChestXY::kId:
-      if (const auto m = read<bus::ChestXY>(frame, xy_checker_)) xy_ = {*m, frame.stamp};
-      pair_halves();
+      if (const auto m = read<bus::ChestXY>(frame, xy_checker_)) {
+        xy_ = m;
+        xy_stamp_ = frame.stamp;
+        pair_halves();
+      }
       break;
     case bus::ChestZRot::kId:
-      if (const auto m = read<bus::ChestZRot>(frame, rotation_checker_)) rotation_ = {*m, frame.stamp};
-      pair_halves();
+      if (const auto m = read<bus::ChestZRot>(frame, rotation_checker_)) {
+        rotation_ = m;
+        rotation_stamp_ = frame.stamp;
+        pair_halves();
+      }
       break;
     case bus::ControlTime::kId:
       if (read<bus::ControlTime>(frame, time_checker_)) time_heard_ = frame.stamp;
@@ -115,12 +121,16 @@ void CanWalker::hear(const bus::WalkStatus& m, Time stamp) noexcept {
 }
 
 void CanWalker::pair_halves() noexcept {
-  if (!xy_ || !rotation_ || xy_->value.sample != rotation_->value.sample) return;
+  if (!xy_ || !rotation_ || xy_->sample != rotation_->sample) return;
   // Sample comes round after 16 cycles; halves of one pose lie within one.
-  if (std::chrono::abs(xy_->stamp - rotation_->stamp) > bus::ChestXY::kCycle) return;
-  const Time held = xy_->stamp - seconds(xy_->value.age);
-  chest_heard_ = std::max(xy_->stamp, rotation_->stamp);
-  if (held > chest_.stamp) chest_ = {held, pose_of(xy_->value, rotation_->value)};
+  const Duration apart = xy_stamp_ - rotation_stamp_;
+  if (apart > bus::ChestXY::kCycle || apart < -bus::ChestXY::kCycle) return;
+  const Time held = xy_stamp_ - seconds(xy_->age);
+  chest_heard_ = std::max(xy_stamp_, rotation_stamp_);
+  if (held > chest_.stamp) {
+    chest_.stamp = held;
+    chest_.odom_from_chest = pose_of(*xy_, *rotation_);
+  }
   xy_.reset();
   rotation_.reset();
 }

@@ -57,12 +57,6 @@ class CanWalker final : public hal::Walker {
   bool clock_is_synchronised() const noexcept { return clock_fresh_; }
 
  private:
-  template <class Half>
-  struct Stamped {
-    Half value;
-    Time stamp{};
-  };
-
   template <class Message>
   std::optional<Message> read(const hal::CanFrame& frame, hal::bus::ProtectionChecker& checker) noexcept;
   void hear(const hal::bus::WalkStatus& message, Time stamp) noexcept;
@@ -85,8 +79,9 @@ class CanWalker final : public hal::Walker {
   bool clock_fresh_ = false;
 
   hal::ChestSample chest_;
-  std::optional<Stamped<hal::bus::ChestXY>> xy_;
-  std::optional<Stamped<hal::bus::ChestZRot>> rotation_;
+  std::optional<hal::bus::ChestXY> xy_;
+  std::optional<hal::bus::ChestZRot> rotation_;
+  Time xy_stamp_{}, rotation_stamp_{};  ///< when the halves came
 
   // The steps of one session that are not yet accepted, oldest first.
   std::array<hal::bus::StepCommand, kSlots> slots_{};
