@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <optional>
 #include <random>
 
 #include "hal/footstep.h"
@@ -55,33 +54,36 @@ class Body {
   double path_walked() const { return path_walked_; }
 
  private:
-  struct Planar {  ///< where the true robot is when the believed one is at `believed`
+  /// A rigid motion of the floor: where the true robot is when the believed one is at a pose.
+  struct Planar {
     Pose2 truth, believed;
     Pose2 operator()(const Pose2& p) const { return truth * (believed.inverse() * p); }
   };
   Pose2 mapped(const Pose2& believed) const;
-  void follow_feet(const nav::WalkingSample& command);
-  void lift(hal::Foot foot, const nav::WalkingSample& command);
+  void follow_feet(const nav::WalkingSample& command, double period);
   void land(hal::Foot foot, const nav::WalkingSample& command);
+  Pose2 true_landing(hal::Foot foot, const nav::WalkingSample& command);
   void follow_com(const nav::WalkingSample& command, double period);
-  void judge_balance(const nav::WalkingSample& command, double period);
+  void judge_balance(double period);
+  SupportPolygon polygon() const;
+  nav::FootPose& foot_ref(hal::Foot f) { return f == hal::Foot::kLeft ? left_ : right_; }
   double normal();
 
   BodyConfig config_;
   std::mt19937_64 random_;
   nav::FootPose left_, right_;
+  nav::Support support_ = nav::Support::kBoth;
+  Pose2 lifted_;           ///< the swinging foot when it left the floor
+  double swing_time_ = 0;  ///< since then [s]
+
   Planar before_, after_;  ///< the body goes over from one to the other ...
   double correction_ = 1;  ///< ... and is this far [0, 1]
-  nav::Support support_ = nav::Support::kBoth;
-  Pose2 lifted_, lifted_believed_;  ///< the swinging foot when it left the floor
-  double swing_time_ = 0;
-  Eigen::Vector2d com_, command_before_, velocity_{0, 0}, com_before_, com_before_that_, zmp_;
-  nav::Support support_before_ = nav::Support::kBoth;
-  Eigen::Vector2d acceleration_{0, 0};
+
+  Eigen::Vector2d wanted_, com_, com_before_, com_before_that_;
+  Eigen::Vector2d zmp_, acceleration_{0, 0};
   double yaw_ = 0;
-  double margin_ = 0, smallest_margin_ = 1;
-  double outside_for_ = 0;
-  int ticks_ = 0;
+  SupportPolygon polygon_before_;
+  double margin_ = 0, smallest_margin_ = 0, outside_for_ = 0;
   bool fallen_ = false;
   double path_walked_ = 0;
 };

@@ -3,9 +3,10 @@
 // exact chain of the footsteps that it made; what really happens is in body.h.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
+#include "hal/bus_codec.h"
+#include "hal/bus_protection.h"
 #include "hal/can_bus.h"
 #include "hal/walker.h"
 #include "nav/walking/walking_pattern.h"
@@ -38,7 +39,10 @@ struct ControlComputerConfig {
 class ControlComputer final : public hal::BusNode {
  public:
   struct Counters {
-    std::uint64_t bad_crc = 0, bad_counter = 0, accepted = 0, rejected = 0, unsupported = 0;
+    std::uint64_t unusable = 0;     ///< frames with a bad CRC, a repeated counter or values not declared
+    std::uint64_t accepted = 0;     ///< steps
+    std::uint64_t rejected = 0;     ///< steps, repetitions counted
+    std::uint64_t unsupported = 0;  ///< WalkOrders: this control computer walks footsteps only
   };
 
   /// Feet at `start` in the odometry frame.
@@ -63,26 +67,31 @@ class ControlComputer final : public hal::BusNode {
  private:
   void take_step(const hal::CanFrame& frame) noexcept;
   void take_control(const hal::CanFrame& frame) noexcept;
-  hal::StepReject judge(std::uint8_t session, std::uint8_t seq, const hal::Footstep& step) const noexcept;
+  hal::StepReject judge(const hal::bus::StepCommand& command, const hal::Footstep& step) const noexcept;
   bool repeats_accepted(std::uint8_t seq) const noexcept;
+  void reject(std::uint8_t seq, hal::StepReject reason) noexcept;
   void open_session(std::uint8_t session) noexcept;
+  void stop() noexcept;
   void watch() noexcept;
-  void report() noexcept;
-  bool fresh(const hal::CanFrame& frame, int& last_counter) noexcept;
+  void report_walk() noexcept;
+  void report_chest() noexcept;
+  void report_time() noexcept;
+  template <class Message>
+  void send(const Message& message, hal::bus::Protector& protector) noexcept;
 
   ControlComputerConfig config_;
   hal::CanBus& bus_;
   nav::WalkingPattern pattern_;
-  Time now_{};
+  Time power_on_{}, now_{};
   bool failed_ = false;
   std::uint8_t session_ = 0;
   std::uint32_t accepted_ = 0;  ///< steps of this session
-  bool ended_late_ = false, stop_asked_ = false;
+  bool stop_asked_ = false;
   Time first_accepted_{}, control_heard_{};
-  std::uint8_t rejected_ = hal::kNoStep;
+  std::uint8_t rejected_ = 0;
   hal::StepReject reject_reason_ = hal::StepReject::kNone;
-  int step_counter_ = -1, control_counter_ = -1;
-  std::array<std::uint8_t, 4> send_counters_{};
+  hal::bus::ProtectionChecker step_check_, control_check_;
+  hal::bus::Protector status_out_, chest_xy_out_, chest_zrot_out_, time_out_;
   std::uint8_t sample_ = 0;
   Time next_status_{}, next_time_{};
   Counters counters_;

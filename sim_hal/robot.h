@@ -19,11 +19,12 @@
 
 namespace headway::sim {
 
-/// A box that is part of the robot: [lowest, highest] in its own frame.
+/// A box that is part of the robot, as it really is now.
 struct BodyBox {
   std::string part;
-  Eigen::Isometry3d map_from_box = Eigen::Isometry3d::Identity();  ///< box centred on the origin of its frame
-  Eigen::Vector3d size{0, 0, 0};                                   ///< full lengths along x, y, z [m]
+  Eigen::Isometry3d map_from_box =
+      Eigen::Isometry3d::Identity();  ///< the box is centred on its own frame, upright
+  Eigen::Vector3d size{0, 0, 0};      ///< full lengths along x, y, z [m]
 };
 
 /// Outer measures of the robot's parts [m]; heights above the floor.
@@ -31,6 +32,8 @@ struct BodyShapeConfig {
   double torso_depth = 0.30, torso_width = 0.60, torso_low = 0.75, torso_high = 1.50;
   double legs_depth = 0.30, legs_width = 0.40, legs_low = 0.02, legs_high = 0.75;
   double head_depth = 0.25, head_width = 0.22, head_low = 1.50, head_high = 1.64;
+  double foot_length = 0.2172, foot_width = 0.138, foot_low = 0.02,
+         foot_high = 0.15;  ///< low: above its sole
 
   void validate() const;
 };
@@ -83,6 +86,7 @@ class SimRobot {
   hal::HeadAngles head() const { return {pan_.angle(), tilt_.angle()}; }
   Eigen::Isometry3d map_from_camera() const;
   hal::Stance stance() const { return body_.stance(); }
+  Pose2 map_from_base() const { return body_.stance().base(); }
   std::vector<BodyBox> shape() const;
   bool fallen() const { return body_.fallen(); }
   const std::optional<Collision>& collision() const { return collision_; }
@@ -100,7 +104,9 @@ class SimRobot {
  private:
   void take_pictures(Time before, const Eigen::Isometry3d& chest_before, const hal::HeadAngles& head_before);
   void check_touch();
-  void apply_faults();
+  void prepare_faults();
+  void apply_faults(Time now);
+  bool hits(FaultKind kind, const hal::CanFrame& frame) const;
 
   RobotConfig config_;
   Time begin_{}, now_{}, next_exposure_{};
@@ -114,7 +120,7 @@ class SimRobot {
   Exposure expose_;
   Touch touched_;
   std::optional<Collision> collision_;
-  std::vector<bool> fault_on_;
+  std::vector<bool> fault_on_;  ///< one per fault of the plan
 };
 
 }  // namespace headway::sim

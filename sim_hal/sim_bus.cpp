@@ -101,9 +101,9 @@ void SimBus::transmit(Endpoint& from, Time end) {
     ++counters_.fault_corrupted;
     frame.data[frame.dlc - 1U] ^= 0x01;
   }
-  if (delay_ && delay_(frame)) {
+  if (const Duration late = delay_ ? delay_(frame) : Duration{}; late > Duration{}) {
     ++counters_.fault_delayed;
-    delayed_.push_back({frame, &from, end + delay_by_});
+    delayed_.push_back({frame, &from, end + late});
     return;
   }
   broadcast(frame, &from);

@@ -82,7 +82,9 @@ class SimBus {
   // order of the wire; it may count). An empty predicate ends the fault.
   using Predicate = std::function<bool(const hal::CanFrame&)>;
   void drop_if(Predicate which) { drop_ = std::move(which); }
-  void delay_if(Predicate which, Duration by) { delay_ = std::move(which), delay_by_ = by; }
+  /// By how long a frame comes late at all receivers; zero or less: in time.
+  using Lateness = std::function<Duration(const hal::CanFrame&)>;
+  void delay_by(Lateness how_long) { delay_ = std::move(how_long); }
   /// Turns over one bit of the last data byte, as a faulty gateway would: the receiver's controller sees
   /// nothing.
   void corrupt_if(Predicate which) { corrupt_ = std::move(which); }
@@ -102,8 +104,8 @@ class SimBus {
   std::vector<std::unique_ptr<Endpoint>> endpoints_;
   std::vector<Delayed> delayed_;
   Counters counters_;
-  Predicate drop_, delay_, corrupt_;
-  Duration delay_by_{};
+  Predicate drop_, corrupt_;
+  Lateness delay_;
 };
 
 }  // namespace headway::sim

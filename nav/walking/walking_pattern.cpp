@@ -96,7 +96,7 @@ void WalkingPattern::begin() noexcept {
 
 void WalkingPattern::abort() noexcept {
   closed_ = true;
-  const std::uint32_t needed = phase_ == Phase::kStanding ? 0 : started_ + 2;
+  const std::uint32_t needed = started_ == 0 ? 0 : started_ + 2;
   if (pushed_ <= needed) return;
   pushed_ = needed;
   plan_stance();
