@@ -16,7 +16,7 @@ struct GaitLimits {
   double backward = 0.02;  ///< the landing foot behind the standing one (turning in place asks for it) [m]
   double outward = 0.05;   ///< the landing foot wider than feet_apart [m]
   double inward = 0.01;    ///< the landing foot closer than feet_apart [m]
-  double yaw = 0.0873;     ///< between the feet [rad]
+  double yaw = 5 * std::numbers::pi / 180;  ///< between the feet [rad]
   Duration step_duration = seconds(0.8);
   double sole_length = 0.2172, sole_width = 0.138;  ///< [m], centred on the foot's frame
 

@@ -1,0 +1,209 @@
+#include "nav/footsteps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace headway::nav {
+
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kCornerSlack = 0.02;  // a leg may end this far short of a corner [m]
+constexpr double kGoalSlack = 0.005;   // the last one this far short of the goal [m]
+constexpr double kSettleSlack = 0.01;  // off the goal by more than this costs steps of its own [m]
+constexpr double kYawSlack = 1.5e-3;   // rounding of the wire [rad]
+constexpr std::size_t kTooMany = 20000;
+
+/// A stretch of the path: the robot faces `yaw` and goes to `to`.
+struct Leg {
+  Vector2d from, to;
+  double yaw = 0, direction = 0;  ///< [rad]
+  bool sideway = false;
+};
+
+std::vector<Leg> legs_of(const Path& path, const FloorGrid& grid) {
+  std::vector<Leg> legs;
+  for (std::size_t i = 1; i < path.states.size(); ++i) {
+    const PathState &a = path.states[i - 1], &b = path.states[i];
+    if (a.cell == b.cell) continue;
+    const Vector2d way = (b.cell - a.cell).cast<double>();
+    const Leg leg{grid.centre(a.cell), grid.centre(b.cell), heading_angle(b.heading),
+                  std::atan2(way.y(), way.x()), b.mode == Mode::kSideway};
+    const bool goes_on = !legs.empty() && legs.back().yaw == leg.yaw &&
+                         legs.back().direction == leg.direction && legs.back().sideway == leg.sideway;
+    if (goes_on) {
+      legs.back().to = leg.to;
+    } else {
+      legs.push_back(leg);
+    }
+  }
+  if (!legs.empty()) {
+    legs.front().from = path.start.position();
+    legs.back().to = path.end;
+  }
+  return legs;
+}
+
+double side_of(hal::Foot foot) { return foot == hal::Foot::kLeft ? 1 : -1; }
+Vector2d unit(double angle) { return {std::cos(angle), std::sin(angle)}; }
+Vector2d left_of(double angle) { return {-std::sin(angle), std::cos(angle)}; }
+
+/// Puts one foot before the other.
+class Feet {
+ public:
+  Feet(const hal::Stance& from, hal::Foot first, const GaitLimits& gait)
+      : gait_(gait), yaw_(gait.yaw_on_the_wire()), stance_(from), swing_(first) {}
+
+  Walk take() { return std::move(walk_); }
+  bool too_many() const { return walk_.steps.size() >= kTooMany; }
+  std::size_t count() const { return walk_.steps.size(); }
+  const hal::Stance& stance() const { return stance_; }
+  /// Carried by the foot that stands.
+  Pose2 base() const {
+    return stance_.at(hal::other(swing_)) * Pose2{0, -side_of(hal::other(swing_)) * half(), 0};
+  }
+
+  void walk(const Leg& leg, bool last) {
+    turn_to(leg.yaw, leg.from, yaw_);
+    if (leg.sideway) {
+      go_sideways(leg, last ? kGoalSlack : kCornerSlack / 2);
+    } else {
+      go_forward(leg, last ? kGoalSlack : kCornerSlack);
+    }
+  }
+
+  /// Turns on the spot until no more than `rest` is left.
+  void turn_to(double yaw, const Vector2d& spot, double rest) {
+    while (!too_many()) {
+      const Pose2 b = base();
+      const double error = wrap_angle(yaw - b.yaw);
+      if (std::abs(error) <= rest) return;
+      step({spot.x(), spot.y(), b.yaw + std::clamp(error, -yaw_, yaw_)});
+    }
+  }
+
+  /// What is left to the goal, in a few short steps.
+  void settle(const Vector2d& goal) {
+    const double yaw = base().yaw;
+    const Vector2d left = goal - base().position();
+    if (left.dot(unit(yaw)) > kSettleSlack) go_forward({goal, goal, yaw, yaw, false}, kGoalSlack);
+    const double aside = (goal - base().position()).dot(left_of(yaw));
+    if (std::abs(aside) <= kSettleSlack) return;
+    const double direction = yaw + std::copysign(std::numbers::pi / 2, aside);
+    go_sideways({goal, goal, yaw, direction, true}, kGoalSlack);
+  }
+
+  void close() {
+    while (!parallel() && !too_many()) step(base());
+  }
+
+  bool parallel() const {
+    const hal::Stance closed = hal::Stance::parallel(base(), gait_.feet_apart);
+    const Pose2 off = closed.at(swing_).inverse() * stance_.at(swing_);
+    return off.position().norm() < 1e-6 && std::abs(off.yaw) < 1e-6;
+  }
+
+ private:
+  double half() const { return gait_.feet_apart / 2; }
+
+  void go_forward(const Leg& leg, double slack) {
+    while (!too_many()) {
+      const Pose2 b = base();
+      const double error = wrap_angle(leg.yaw - b.yaw);
+      const Vector2d left = leg.to - b.position();
+      const double ahead = left.dot(unit(leg.yaw));
+      if (ahead <= slack) return;
+      const double turn = std::clamp(error, -yaw_, yaw_);
+      double length = ahead / std::ceil((ahead - slack) / gait_.forward);
+      // The outer foot of a turn goes farther than the base.
+      if (std::abs(turn) > gait_.arc_begins) {
+        length = std::min(length, gait_.forward_on_arc - half() * std::abs(std::sin(turn)));
+      }
+      const Vector2d next =
+          b.position() + length * unit(leg.yaw) + left.dot(left_of(leg.yaw)) * left_of(leg.yaw);
+      step({next.x(), next.y(), b.yaw + turn});
+    }
+  }
+
+  void go_sideways(const Leg& leg, double slack) {
+    const double side = std::sin(leg.direction - leg.yaw) > 0 ? 1 : -1;
+    while (!too_many()) {
+      const Pose2 b = base();
+      const Vector2d left = leg.to - b.position();
+      const double aside = side * left.dot(left_of(leg.yaw));
+      if (aside <= slack) return;
+      const double turn = std::clamp(wrap_angle(leg.yaw - b.yaw), -yaw_, yaw_);
+      Vector2d next = b.position();
+      if (side_of(swing_) == side) {
+        const double share = 1 / std::ceil((aside - slack) / gait_.outward);
+        const double ahead = std::clamp(left.dot(unit(leg.yaw)) * share, 0.0, gait_.forward_on_arc);
+        next += side * aside * share * left_of(leg.yaw) + ahead * unit(leg.yaw);
+      }
+      step({next.x(), next.y(), b.yaw + turn});
+    }
+  }
+
+  /// Swings the free foot to where it would carry `next`, as far as the limits let it.
+  void step(const Pose2& next) {
+    const hal::Foot standing = hal::other(swing_);
+    const Pose2 foot = next * Pose2{0, side_of(swing_) * half(), 0};
+    Pose2 landing = stance_.at(standing).inverse() * foot;
+    landing.yaw = std::clamp(landing.yaw, -yaw_, yaw_);
+    const double most = std::abs(landing.yaw) > gait_.arc_begins ? gait_.forward_on_arc : gait_.forward;
+    landing.x = std::clamp(landing.x, -gait_.backward, most);
+    const double apart = side_of(swing_) * landing.y;
+    landing.y = side_of(swing_) *
+                std::clamp(apart, gait_.feet_apart - gait_.inward, gait_.feet_apart + gait_.outward);
+    const hal::Footstep taken = hal::quantised({swing_, landing, 0, gait_.step_duration});
+    stance_ = stance_.after(taken);
+    swing_ = standing;
+    walk_.steps.push_back(taken);
+    walk_.stances.push_back(stance_);
+    walk_.bases.push_back(base());
+  }
+
+  GaitLimits gait_;
+  double yaw_;
+  hal::Stance stance_;
+  hal::Foot swing_;
+  Walk walk_;
+};
+
+/// The fewest steps, whichever foot begins; the left one where it makes no difference.
+template <class Go>
+Walk with_better_foot(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait,
+                      const Go& go) {
+  const auto beginning_with = [&](hal::Foot first) {
+    Feet feet(from, first, gait);
+    go(feet);
+    return feet.take();
+  };
+  if (last_foot) return beginning_with(hal::other(*last_foot));
+  Walk left = beginning_with(hal::Foot::kLeft), right = beginning_with(hal::Foot::kRight);
+  return right.steps.size() < left.steps.size() ? right : left;
+}
+
+}  // namespace
+
+Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait) {
+  if (!last_foot) return stance.base();
+  return stance.at(*last_foot) * Pose2{0, -side_of(*last_foot) * gait.feet_apart / 2, 0};
+}
+
+Walk place_feet(const Path& path, const hal::Stance& from, std::optional<hal::Foot> last_foot,
+                const FloorGrid& grid, const GaitLimits& gait) {
+  const std::vector<Leg> legs = legs_of(path, grid);
+  return with_better_foot(from, last_foot, gait, [&](Feet& feet) {
+    for (std::size_t i = 0; i < legs.size(); ++i) feet.walk(legs[i], i + 1 == legs.size());
+    if (!path.states.empty()) feet.settle(path.end);
+    if (path.end_yaw) feet.turn_to(*path.end_yaw, feet.base().position(), kYawSlack);
+    feet.close();
+  });
+}
+
+Walk close_feet(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait) {
+  return with_better_foot(from, last_foot, gait, [](Feet& feet) { feet.close(); });
+}
+
+}  // namespace headway::nav

@@ -1,0 +1,472 @@
+#include "nav/planner.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <queue>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "hal/error.h"
+#include "tests/nav/random_floor.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+/// The planner's problem again, as plainly as it can be said: Dijkstra, masks cell by cell, distances by
+/// looking at every blocked cell. Milliseconds.
+class PlainSearch {
+ public:
+  PlainSearch(const FloorMap& map, const PlannerConfig& config, const Masks& masks)
+      : map_(map), config_(config), masks_(masks) {
+    const int n = map.grid.width * map.grid.height;
+    near_.resize(static_cast<std::size_t>(n));
+    unseen_.resize(static_cast<std::size_t>(n));
+    for (int y = 0; y < map.grid.height; ++y) {
+      for (int x = 0; x < map.grid.width; ++x) measure({x, y});
+    }
+  }
+
+  static constexpr long kNever = std::numeric_limits<long>::max();
+
+  long cost(const Pose2& start, const Goal& goal) {
+    const Vector2i from = map_.grid.cell(start.position()), to = map_.grid.cell(goal.position);
+    std::vector<long> known(map_.grid.size() * 16, kNever);
+    using Entry = std::pair<long, int>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    const auto reach = [&](const Vector2i& c, int heading, int mode, long at) {
+      const int id = (c.y() * map_.grid.width + c.x()) * 16 + mode * 8 + heading;
+      if (at >= known[static_cast<std::size_t>(id)]) return;
+      known[static_cast<std::size_t>(id)] = at;
+      open.push({at, id});
+    };
+    for (int h = 0; h < 8; ++h) {
+      for (int mode = 0; mode < 2; ++mode) reach(from, h, mode, turn(h * kEighth - start.yaw));
+    }
+    long best = kNever;
+    while (!open.empty()) {
+      const auto [at, id] = open.top();
+      open.pop();
+      if (at != known[static_cast<std::size_t>(id)] || at >= best) continue;
+      const int heading = id % 8, mode = id / 8 % 2;
+      const Vector2i c(id / 16 % map_.grid.width, id / 16 / map_.grid.width);
+      if (c == to) best = std::min(best, at + (goal.yaw ? turn(*goal.yaw - heading * kEighth) : 0));
+      reach(c, heading, 1 - mode, at + ms(config_.mode_change));
+      for (int r = -2; r <= 2; ++r) {
+        if (mode == 1 && r == 0) continue;
+        const int direction = (heading + r + 8) % 8;
+        const int number = mode == 0 ? r + 2 : (r < 0 ? r + 7 : r + 6);
+        if (!free(c, Motion{heading, number})) continue;
+        const Vector2i next = c + step(direction);
+        reach(next, mode == 0 ? direction : heading, mode, at + motion(mode, r, direction, next));
+      }
+    }
+    return best;
+  }
+
+  bool free(const Vector2i& c, const Motion& m) const {
+    for (const Mask::Run& run : masks_.of(m).runs) {
+      for (int x = run.first; x <= run.last; ++x) {
+        if (blocked(Vector2i(c.x() + x, c.y() + run.dy))) return false;
+      }
+    }
+    return true;
+  }
+
+  long motion(int mode, int r, int direction, const Vector2i& to) const {
+    const double length = map_.grid.resolution * (direction % 2 ? std::sqrt(2.0) : 1.0);
+    const double straight = length / 0.20 * 0.8;
+    const double aside = std::abs(std::sin(r * kEighth)) * length;
+    const double along = std::cos(r * kEighth) * length;
+    const long walking = mode == 0 ? ms(straight) : ms(std::max(aside / 0.05 * 1.6, along / 0.20 * 0.8));
+    const auto i = map_.grid.index(to);
+    return walking + (mode == 0 ? turn(r * kEighth) : 0) + ms(near_[i] * straight) +
+           ms(unseen_[i] * straight);
+  }
+
+  long turn(double angle) const {
+    const double eighths = std::abs(std::remainder(angle, 8 * kEighth)) / kEighth;
+    return ms(config_.turn_price * eighths * 9 * 0.8);  // 45 deg take nine steps
+  }
+
+ private:
+  static constexpr double kEighth = std::numbers::pi / 4;
+  static long ms(double s) { return std::lround(1000 * s); }
+  static Vector2i step(int direction) {
+    return {static_cast<int>(std::lround(1.1 * std::cos(direction * kEighth))),
+            static_cast<int>(std::lround(1.1 * std::sin(direction * kEighth)))};
+  }
+  bool blocked(const Vector2i& c) const {
+    if (!map_.grid.contains(c) || map_.at(c) == Floor::kBlocked) return true;
+    return map_.at(c) == Floor::kUnseen && config_.unseen == UnseenFloor::kBlocked;
+  }
+  void measure(const Vector2i& c) {
+    double nearest = 1e9;
+    for (int y = 0; y < map_.grid.height; ++y) {
+      for (int x = 0; x < map_.grid.width; ++x) {
+        if (blocked({x, y})) nearest = std::min(nearest, std::hypot(x - c.x(), y - c.y()));
+      }
+    }
+    const double d = nearest * map_.grid.resolution;
+    near_[map_.grid.index(c)] = config_.near_price * std::max(0.0, 1 - d / config_.near_range);
+    const int half = static_cast<int>(config_.corridor / map_.grid.resolution + 1e-6);
+    int unseen = 0, all = 0;
+    for (int y = -half; y <= half; ++y) {
+      for (int x = -half; x <= half; ++x) {
+        const Vector2i there = c + Vector2i(x, y);
+        const bool inside = map_.grid.contains(there);
+        unseen += inside && map_.at(there) == Floor::kUnseen && config_.unseen == UnseenFloor::kCostly;
+        ++all;
+      }
+    }
+    unseen_[map_.grid.index(c)] = config_.unseen_price * unseen / all;
+  }
+
+  const FloorMap& map_;
+  PlannerConfig config_;
+  const Masks& masks_;
+  std::vector<double> near_, unseen_;
+};
+
+/// A body small enough for small maps.
+constexpr BodyOutline kSmallBody{0.10, 0.16, 0.02, 0.03};
+
+/// Whether nothing stands where the small body may touch while it turns.
+bool open_ground(const FloorMap& map, const Vector2d& place) {
+  for (int y = -1; y <= map.grid.height; ++y) {
+    for (int x = -1; x <= map.grid.width; ++x) {
+      if (map.grid.contains({x, y}) && map.at({x, y}) == Floor::kFree) continue;
+      const Vector2d away = (map.grid.centre({x, y}) - place).cwiseAbs();
+      if (away.norm() < kSmallBody.reach() + map.grid.resolution) return false;
+    }
+  }
+  return true;
+}
+
+Vector2d some_place(const FloorMap& map, Dice& dice) {
+  return map.grid.centre({dice.whole(0, map.grid.width), dice.whole(0, map.grid.height)}) +
+         Vector2d(dice.real(-0.49, 0.49), dice.real(-0.49, 0.49)) * map.grid.resolution;
+}
+
+std::optional<Vector2d> some_open_place(const FloorMap& map, Dice& dice) {
+  for (int trial = 0; trial < 100; ++trial) {
+    const Vector2d place = some_place(map, dice);
+    if (open_ground(map, place)) return place;
+  }
+  return std::nullopt;
+}
+
+TEST(Planner, FindsTheCheapestPathOrNoneWhereThereIsNone) {
+  int found = 0, none = 0;
+  Dice dice(11);
+  for (int run = 0; run < 120; ++run) {
+    const FloorMap map = random_floor(dice.whole(12, 44), dice.whole(12, 44), 0.08, dice);
+    PlannerConfig config;
+    config.unseen = std::array{UnseenFloor::kBlocked, UnseenFloor::kCostly,
+                               UnseenFloor::kFree}[static_cast<std::size_t>(dice.whole(0, 3))];
+    config.near_price = dice.whole(0, 3);
+    config.near_range = dice.real(0, 0.7);
+    config.turn_price = dice.real(0, 1.5);
+    config.mode_change = dice.real(0, 3);
+    config.start_is_free = false;
+    const auto place = some_open_place(map, dice);
+    if (!place) continue;
+    const Pose2 start{place->x(), place->y(), dice.real(-4, 4)};
+    Goal goal{some_place(map, dice), std::nullopt, 0};
+    if (open_ground(map, goal.position) && dice.whole(0, 2) == 0) goal.yaw = dice.real(-4, 4);
+    if (map.grid.cell(*place) == map.grid.cell(goal.position)) continue;
+
+    Planner planner(config, {}, kSmallBody, map.grid);
+    PlainSearch plain(map, config, planner.masks());
+    const PlanResult result = planner.plan(map, start, goal);
+    const long cheapest = plain.cost(start, goal);
+    ASSERT_EQ(static_cast<bool>(result), cheapest != PlainSearch::kNever) << "run " << run;
+    ++(result ? found : none);
+    if (!result) continue;
+    ASSERT_NEAR(result.path.cost_s, static_cast<double>(cheapest) * 1e-3, 1e-9) << "run " << run;
+    ASSERT_NEAR(result.path.cost.total(), result.path.cost_s, 1e-9);
+    ASSERT_TRUE(planner.still_valid(result.path, map));
+  }
+  EXPECT_GT(found, 40);
+  EXPECT_GT(none, 10);
+}
+
+/// Checks a path state by state: each is one motion or mode change from the last, meets nothing and costs
+/// what it says.
+void walk_again(const Path& path, const FloorMap& map, const PlannerConfig& config, const Masks& masks) {
+  PlainSearch plain(map, config, masks);
+  ASSERT_EQ(path.states.size(), path.cost_so_far_s.size());
+  ASSERT_EQ(path.states.front().cell, map.grid.cell(path.start.position()));
+  ASSERT_EQ(path.states.back().cell, map.grid.cell(path.end));
+  for (std::size_t i = 1; i < path.states.size(); ++i) {
+    const PathState &a = path.states[i - 1], &b = path.states[i];
+    const double cost = path.cost_so_far_s[i] - path.cost_so_far_s[i - 1];
+    if (a.cell == b.cell) {
+      ASSERT_EQ(a.heading, b.heading);
+      ASSERT_NE(a.mode, b.mode);
+      ASSERT_NEAR(cost, config.mode_change, 1e-3);
+      continue;
+    }
+    ASSERT_EQ(a.mode, b.mode);
+    int matching = 0;
+    for (int number = 0; number < kMotions; ++number) {
+      const Motion m{a.heading, number};
+      if (m.mode() != a.mode || m.heading_after() != b.heading) continue;
+      if (a.cell + kCellOf[static_cast<std::size_t>(m.direction())] != b.cell) continue;
+      ++matching;
+      ASSERT_TRUE(plain.free(a.cell, m)) << "state " << i;
+      const long expected = plain.motion(static_cast<int>(a.mode), m.turn(), m.direction(), b.cell);
+      ASSERT_NEAR(cost, static_cast<double>(expected) * 1e-3, 1e-9);
+    }
+    ASSERT_EQ(matching, 1);
+  }
+}
+
+TEST(Planner, PathsMeetNoBlockedCellWhenWalkedAgain) {
+  Dice dice(5);
+  int walked = 0;
+  for (int run = 0; run < 30; ++run) {
+    const FloorMap map = random_floor(60, 50, 0.05, dice);
+    PlannerConfig config;
+    config.start_is_free = false;
+    Planner planner(config, {}, kSmallBody, map.grid);
+    const auto place = some_open_place(map, dice), goal = some_open_place(map, dice);
+    if (!place || !goal) continue;
+    const auto result = planner.plan(map, {place->x(), place->y(), dice.real(-4, 4)}, {*goal, {}, 0.1});
+    if (!result || result.path.states.size() < 2) continue;
+    walk_again(result.path, map, config, planner.masks());
+    if (HasFatalFailure()) return;
+    ++walked;
+  }
+  EXPECT_GT(walked, 10);
+}
+
+TEST(Planner, IsTheSameWhateverItPlannedBefore) {
+  Dice dice(3);
+  const FloorMap map = random_floor(60, 50, 0.05, dice), other = random_floor(50, 70, 0.05, dice);
+  const Pose2 start{0, 1, 0.3};
+  const Goal goal{{1.5, 2.0}, 1.0, 0.3};
+  Planner fresh({}, {}, kSmallBody, map.grid), used({}, {}, kSmallBody, map.grid);
+  used.plan(other, {1, 1, 0}, {{0, 2}, {}, 0.2});
+  used.plan(map, {1, 1.2, 0}, {{0, 2}, {}, 0.2});
+  const auto a = fresh.plan(map, start, goal), b = used.plan(map, start, goal);
+  ASSERT_TRUE(a) << describe(a.reason);
+  EXPECT_EQ(a.path.states, b.path.states);
+  EXPECT_EQ(a.path.cost_so_far_s, b.path.cost_so_far_s);
+  EXPECT_EQ(a.expansions, b.expansions);
+}
+
+/// HRP-2 in a room of 8 x 7 m: outer cells blocked.
+FloorMap room() {
+  FloorMap map = free_floor(160, 140, 0.05);
+  fill(map, {0, 0}, {159, 0}, Floor::kBlocked);
+  fill(map, {0, 139}, {159, 139}, Floor::kBlocked);
+  fill(map, {0, 0}, {0, 139}, Floor::kBlocked);
+  fill(map, {159, 0}, {159, 139}, Floor::kBlocked);
+  return map;
+}
+
+Vector2d at(const FloorMap& map, double x, double y) { return map.grid.origin + Vector2d(x, y); }
+
+TEST(Planner, WalksStraightOnWhereItCan) {
+  const FloorMap map = room();
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 2.025, 3.525), to = at(map, 5.025, 3.525);
+  const auto result = planner.plan(map, {from.x(), from.y(), 0}, {to, {}, 0.1});
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result.path.states.size(), 61u);
+  EXPECT_NEAR(result.path.cost_s, 12.0, 1e-9);  // fifteen steps of 0.2 m
+  EXPECT_EQ(result.path.cost.turning, 0);
+}
+
+TEST(Planner, SidestepsThroughAGapTooNarrowForItsArms) {
+  // A slot 0.7 m wide: the body passes it along its depth (0.40 m + 2 * 0.08 m), not along its width (0.62 m
+  // + 0.16 m).
+  FloorMap map = room();
+  fill(map, {80, 1}, {82, 62}, Floor::kBlocked);
+  fill(map, {80, 77}, {82, 138}, Floor::kBlocked);
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 2.5, 3.5), to = at(map, 5.5, 3.5);
+  const auto result = planner.plan(map, {from.x(), from.y(), 0}, {to, {}, 0.1});
+  ASSERT_TRUE(result);
+  for (const PathState& s : result.path.states) {
+    if (s.cell.x() >= 78 && s.cell.x() <= 84) {
+      EXPECT_EQ(s.mode, Mode::kSideway);
+      EXPECT_EQ(s.heading % 4, 2);
+    }
+  }
+  EXPECT_GT(result.path.cost.mode_changes, 0);
+}
+
+TEST(Planner, TellsWhyThereIsNoPath) {
+  FloorMap map = room();
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 2.025, 3.475);
+  const Pose2 start{from.x(), from.y(), 0};
+  const auto reason = [&](const Vector2d& to) { return planner.plan(map, start, {to, {}, 0.1}).reason; };
+  EXPECT_EQ(reason(at(map, 5, 3.5)), NoPath::kNone);
+  EXPECT_EQ(reason(at(map, 9, 3.5)), NoPath::kGoalOutside);
+  EXPECT_EQ(reason(at(map, 0.2, 3.5)), NoPath::kGoalBlocked);
+  EXPECT_EQ(planner.plan(map, {-5, -5, 0}, {at(map, 5, 3.5), {}, 0.1}).reason, NoPath::kStartBlocked);
+  fill(map, {80, 0}, {80, 139}, Floor::kBlocked);
+  const auto enclosed = planner.plan(map, start, {at(map, 5, 3.5), {}, 0.1});
+  EXPECT_EQ(enclosed.reason, NoPath::kEnclosed);
+  ASSERT_TRUE(enclosed.nearest);
+  // As near to the wall as the body comes sideways, at the goal's height.
+  EXPECT_NEAR(enclosed.nearest->x(), at(map, 4.0 - 0.28, 0).x(), 0.08);
+  EXPECT_NEAR(enclosed.nearest->y(), at(map, 0, 3.5).y(), 0.05);
+  fill(map, {20, 50}, {60, 90}, Floor::kBlocked);
+  fill(map, {36, 63}, {44, 75}, Floor::kFree);  // 0.45 x 0.65 m around a body of 0.40 x 0.62 m
+  EXPECT_EQ(planner.plan(map, start, {at(map, 5, 3.5), {}, 0.1}).reason, NoPath::kStartBlocked);
+}
+
+TEST(Planner, TakesTheNearestPlaceWithinToleranceWhenTheGoalIsTooTight) {
+  const FloorMap map = room();
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 4, 3.5), wish = at(map, 0.30, 3.5);
+  const auto result = planner.plan(map, {from.x(), from.y(), 0}, {wish, {}, 0.15});
+  ASSERT_TRUE(result) << describe(result.reason);
+  EXPECT_GT((result.path.end - wish).norm(), 0.01);
+  EXPECT_LE((result.path.end - wish).norm(), 0.15);
+}
+
+TEST(Planner, LeavesAPlaceWhereSomethingCameTooNear) {
+  FloorMap map = room();
+  const Vector2d from = at(map, 4, 3.5);
+  // 4 cm beside the left arm, and cells under the body that the map says are blocked.
+  fill(map, {76, 77}, {84, 80}, Floor::kBlocked);
+  fill(map, {78, 68}, {80, 70}, Floor::kBlocked);
+  const Pose2 start{from.x(), from.y(), 0};
+  Planner planner({}, {}, {}, map.grid);
+  const auto result = planner.plan(map, start, {at(map, 6, 3.5), {}, 0.1});
+  ASSERT_TRUE(result) << describe(result.reason);
+  EXPECT_TRUE(planner.still_valid(result.path, map));
+  // But never through it, and not at all when the start's own place counts for nothing.
+  const auto across = planner.plan(map, start, {at(map, 4, 4.6), {}, 0.1});
+  ASSERT_TRUE(across);
+  for (const PathState& s : across.path.states) {
+    EXPECT_FALSE(s.cell.y() >= 77 && s.cell.y() <= 80 && s.cell.x() >= 70 && s.cell.x() <= 90);
+  }
+  EXPECT_GT(across.path.states.size(), 30u);
+  PlannerConfig strict;
+  strict.start_is_free = false;
+  Planner stern(strict, {}, {}, map.grid);
+  EXPECT_EQ(stern.plan(map, start, {at(map, 6, 3.5), {}, 0.1}).reason, NoPath::kStartBlocked);
+}
+
+TEST(Planner, SeesThatAPathIsNoLongerFree) {
+  FloorMap map = room();
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 2, 3.5), to = at(map, 6, 3.5);
+  const auto result = planner.plan(map, {from.x(), from.y(), 0}, {to, {}, 0.1});
+  ASSERT_TRUE(result);
+  FloorMap beside = map;
+  fill(beside, {80, 80}, {85, 85}, Floor::kBlocked);
+  EXPECT_TRUE(planner.still_valid(result.path, beside));
+  fill(map, {80, 65}, {85, 68}, Floor::kBlocked);
+  EXPECT_FALSE(planner.still_valid(result.path, map));
+  EXPECT_TRUE(planner.still_valid(result.path, map, 61));  // what is behind the robot does not matter
+}
+
+TEST(Planner, PaysForUnseenFloorAndGoesAroundWhenThatIsCheaper) {
+  FloorMap map = room();
+  fill(map, {60, 40}, {100, 74}, Floor::kUnseen);
+  const Vector2d from = at(map, 2, 3.5), to = at(map, 6, 3.5);
+  const auto share_unseen = [&](double price) {
+    PlannerConfig config;
+    config.unseen_price = price;
+    Planner planner(config, {}, {}, map.grid);
+    const auto result = planner.plan(map, {from.x(), from.y(), 0}, {to, {}, 0.1});
+    int unseen = 0;
+    for (const PathState& s : result.path.states) unseen += map.at(s.cell) == Floor::kUnseen;
+    return unseen;
+  };
+  EXPECT_GT(share_unseen(0.5), 35);
+  EXPECT_EQ(share_unseen(20), 0);
+}
+
+TEST(Planner, OnlyTurnsWhenItIsThereAlready) {
+  const FloorMap map = room();
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d here = at(map, 4, 3.5);
+  const auto stay = planner.plan(map, {here.x(), here.y(), 0.4}, {here, {}, 0.1});
+  ASSERT_TRUE(stay);
+  EXPECT_EQ(stay.path.states.size(), 1u);
+  EXPECT_EQ(stay.path.cost_s, 0);
+  const auto turn = planner.plan(map, {here.x(), here.y(), 0.4}, {here, 0.4 + std::numbers::pi / 2, 0.1});
+  ASSERT_TRUE(turn);
+  EXPECT_EQ(turn.path.states.size(), 1u);
+  EXPECT_NEAR(turn.path.cost_s, 14.4, 2e-3);
+}
+
+TEST(PlannerConfig, NamesTheKeyThatIsWrong) {
+  PlannerConfig config;
+  config.near_price = -2;
+  try {
+    config.validate();
+    FAIL() << "a negative price passed";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("near_price"), std::string::npos);
+  }
+}
+
+FloorMap read_moving_ai(const std::string& file) {
+  std::ifstream in(file);
+  std::string word;
+  int width = 0, height = 0;
+  in >> word >> word >> word >> height >> word >> width >> word;
+  FloorMap map = free_floor(width, height, 1.0);
+  map.grid.origin = {0, 0};
+  for (int y = 0; y < height; ++y) {
+    in >> word;
+    for (int x = 0; x < width; ++x) {
+      if (word[static_cast<std::size_t>(x)] != '.') fill(map, {x, y}, {x, y}, Floor::kBlocked);
+    }
+  }
+  return map;
+}
+
+/// With a body of one point, no price on turns and none on nearness, the planner is an octile one that cuts
+/// no corners.
+void compare_with_listed_lengths(const std::string& name, int every) {
+  const char* data = std::getenv("HEADWAY_DATA");
+  if (data == nullptr) GTEST_SKIP() << "HEADWAY_DATA is not set: no Moving AI maps";
+  const std::string file = std::string(data) + "/maps/" + name + ".map";
+  const FloorMap map = read_moving_ai(file);
+  PlannerConfig config;
+  config.near_price = 0;
+  config.turn_price = 0;
+  config.start_is_free = false;
+  Planner planner(config, {}, {0, 0, 0, 0}, map.grid);
+  std::ifstream scenarios(file + ".scen");
+  std::string line;
+  std::getline(scenarios, line);
+  int compared = 0;
+  for (int number = 0; std::getline(scenarios, line); ++number) {
+    if (number % every != 0) continue;
+    std::istringstream fields(line);
+    std::string word;
+    double from_x = 0, from_y = 0, to_x = 0, to_y = 0, listed = 0;
+    fields >> word >> word >> word >> word >> from_x >> from_y >> to_x >> to_y >> listed;
+    const auto result = planner.plan(map, {from_x + 0.5, from_y + 0.5, 0}, {{to_x + 0.5, to_y + 0.5}, {}, 0});
+    ASSERT_TRUE(result) << line << ": " << describe(result.reason);
+    const double length = result.path.cost.walking / 4.0;  // 0.2 m in 0.8 s
+    ASSERT_NEAR(length, listed, 0.01 + listed * 1e-4) << line;
+    ++compared;
+  }
+  EXPECT_GE(compared, 10);
+}
+
+TEST(Planner, FindsTheListedLengthsInAGameMap) { compare_with_listed_lengths("bg512_AR0011SR", 120); }
+TEST(Planner, FindsTheListedLengthsInBerlin) { compare_with_listed_lengths("cities_Berlin_0_512", 120); }
+
+}  // namespace
+}  // namespace headway::nav
