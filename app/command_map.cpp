@@ -1,0 +1,292 @@
+// headway map: a recorded sequence in, the map of what it saw out.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/drawing.h"
+#include "app/level.h"
+#include "app/map_view.h"
+#include "app/pictures.h"
+#include "app/report.h"
+#include "app/sequence.h"
+#include "app/sequence_eyes.h"
+#include "hal/error.h"
+#include "nav/cloud_file.h"
+#include "nav/explored.h"
+#include "nav/floor_files.h"
+#include "nav/floor_map.h"
+#include "nav/integrate.h"
+#include "nav/octomap_files.h"
+#include "nav/voxel_map.h"
+
+namespace headway::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kFramesToLevel = 6;  // looked at twice: first to find up and the floor
+constexpr std::size_t kSurfelsPerFrame = 4000;
+constexpr std::size_t kMostCloudPoints = 1'500'000;
+constexpr double kBelowFloor = 0.4, kAboveFloor = 3.6;  // the map's box [m]
+
+struct MapOptions {
+  fs::path sequence, out;
+  std::string rig;
+  double resolution = 0.05;
+  std::optional<double> near, far;
+};
+
+/// `count` indices spread over 0..n-1, the first and the last among them.
+std::vector<std::size_t> spread(std::size_t n, std::size_t count) {
+  std::set<std::size_t> picks;
+  for (std::size_t i = 0; i < count; ++i) picks.insert(count == 1 ? 0 : i * (n - 1) / (count - 1));
+  return {picks.begin(), picks.end()};
+}
+
+/// Where the map lies in the world of the poses, and how that was found.
+struct Ground {
+  Eigen::Isometry3d map_from_world = Eigen::Isometry3d::Identity();
+  Json report;
+};
+
+Ground find_ground(const Sequence& sequence, SequenceEyes& eyes) {
+  std::vector<Surfel> surfels;
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  for (const std::size_t i : spread(sequence.frames.size(), kFramesToLevel)) {
+    const SequenceEyes::Look look = eyes.look(sequence.frames[i]);
+    add_surfels(*look.view, look.world_from_view, kSurfelsPerFrame, surfels);
+    up -= look.world_from_view.linear().col(1);  // cameras are held upright, more or less
+  }
+  Ground ground;
+  if (sequence.world_is_level) {
+    up = Eigen::Vector3d::UnitZ();
+    ground.report["up"] = "z of the recorded poses";
+  } else {
+    const Eigen::Vector3d guess =
+        up.norm() > 1e-6 ? Eigen::Vector3d(up.normalized()) : -Eigen::Vector3d::UnitY();
+    up = estimate_up(surfels, guess);
+    ground.report["up"] = "direction to which most surfaces seen lie level or upright";
+    ground.report["off_the_cameras_mean_up_deg"] =
+        rounded(std::acos(std::clamp(up.dot(guess), -1.0, 1.0)) * 180 / std::numbers::pi, 2);
+  }
+  const FloorHeight floor = estimate_floor(surfels, up);
+  ground.map_from_world = map_from_world(up, floor.height, sequence.frames.front().world_from_camera);
+  ground.report["floor"] = floor.how;
+  const double eye = (ground.map_from_world * sequence.frames.front().world_from_camera).translation().z();
+  ground.report["first_camera_above_floor_m"] = rounded(eye, 3);
+  return ground;
+}
+
+/// Everything that any frame can see within its range, between just below the floor and a ceiling.
+nav::VoxelMapConfig map_box(const Sequence& sequence, const Ground& ground, const SequenceEyes& eyes,
+                            double resolution) {
+  const vision::PinholeCamera& c = eyes.camera();
+  Eigen::AlignedBox3d seen;
+  for (const SequenceFrame& frame : sequence.frames) {
+    const Eigen::Isometry3d map_from_camera = ground.map_from_world * frame.world_from_camera;
+    seen.extend(Eigen::Vector3d(map_from_camera.translation()));
+    for (const double u : {0.0, c.width - 1.0}) {
+      for (const double v : {0.0, c.height - 1.0})
+        seen.extend(map_from_camera * c.point(u, v, eyes.range().far));
+    }
+  }
+  nav::VoxelMapConfig config;
+  config.resolution = resolution;
+  config.lowest << seen.min().x(), seen.min().y(), std::max(seen.min().z() - 0.2, -kBelowFloor);
+  config.highest << seen.max().x(), seen.max().y(), std::min(seen.max().z() + 0.2, kAboveFloor);
+  // A camera that only looks up, or down from high above, still gets a box.
+  config.highest.z() = std::max(config.highest.z(), config.lowest.z() + 1);
+  return config;
+}
+
+Json box_report(const nav::VoxelMap& map) {
+  const auto corner = [](const Eigen::Vector3d& p) {
+    return Json::array({rounded(p.x(), 3), rounded(p.y(), 3), rounded(p.z(), 3)});
+  };
+  const std::size_t voxels = map.brick_count() * nav::VoxelMap::kBrickVoxels;
+  return {{"resolution_m", map.resolution()},
+          {"lowest", corner(map.lowest())},
+          {"highest", corner(map.highest())},
+          {"voxels", voxels},
+          {"memory_mib", rounded(static_cast<double>(voxels) / (1 << 20), 1)}};
+}
+
+std::size_t points_within(const vision::RangeView& view, double near, double far) {
+  return static_cast<std::size_t>(std::count_if(view.depth.begin(), view.depth.end(), [&](float z) {
+    return static_cast<double>(z) >= near && static_cast<double>(z) <= far;
+  }));
+}
+
+class MapRun {
+ public:
+  explicit MapRun(const MapOptions& options)
+      : options_(options), sequence_(read(options)), eyes_(sequence_, options.near, options.far) {}
+
+  int run() {
+    make_folder(options_.out);
+    ground_ = find_ground(sequence_, eyes_);
+    map_ = std::make_unique<nav::VoxelMap>(map_box(sequence_, ground_, eyes_, options_.resolution));
+    const Json box = box_report(*map_);
+    fmt::print("{} frames; map of {} voxels, {} MiB\n", sequence_.frames.size(), box["voxels"].dump(),
+               box["memory_mib"].dump());
+    integrate_all();
+    write_map();
+    write_reports(box);
+    fmt::print("{}: {} points seen; report.json, map_view.png, map_above.png, floor.png, cloud.ply, map.bt\n",
+               options_.out.string(), points_);
+    return kSuccess;
+  }
+
+ private:
+  static Sequence read(const MapOptions& options) {
+    SequenceOptions reading;
+    if (!options.rig.empty()) reading.rig = options.rig;
+    return read_sequence(options.sequence, reading);
+  }
+
+  void integrate_all() {
+    const std::size_t n = sequence_.frames.size();
+    const std::vector<std::size_t> shown = spread(n, std::min<std::size_t>(n, 3));
+    const double pixels =
+        static_cast<double>(eyes_.camera().width) * eyes_.camera().height * static_cast<double>(n);
+    cloud_ = nav::CloudFile(
+        {.every = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostCloudPoints))))});
+    Progress progress("mapping");
+    for (std::size_t i = 0; i < n; ++i) {
+      progress.show(i, n, sequence_.frames[i].name);
+      integrate(sequence_.frames[i]);
+      if (std::binary_search(shown.begin(), shown.end(), i)) draw_last(i);
+    }
+  }
+
+  void integrate(const SequenceFrame& frame) {
+    look_ = eyes_.look(frame);
+    const Eigen::Isometry3d map_from_view = ground_.map_from_world * look_.world_from_view;
+    Stopwatch watch;
+    const nav::IntegrationStats stats = integrator_.integrate(*map_, *look_.view, map_from_view, frame.stamp);
+    const double integrate_ms = watch.lap_ms();
+    nav::floor_map(*map_, {}, floor_);
+    const double floor_ms = watch.lap_ms();
+    cloud_.add(*look_.view, map_from_view);
+    const std::size_t points = points_within(*look_.view, look_.view->near, look_.view->far);
+    points_ += points;
+    const double pixels = static_cast<double>(look_.view->depth.size());
+    frames_.push_back({{"frame", frame.name},
+                       {"pose", describe(frame.pose_source)},
+                       {"density", rounded(static_cast<double>(points_within(*look_.view, 0, 1e9)) / pixels)},
+                       {"points", points},
+                       {"points_rejected", stats.rejected},
+                       {"voxels_hit", stats.hits},
+                       {"voxels_emptied", stats.misses},
+                       {"voxels_first_seen", stats.first_seen},
+                       {"bricks_changed", stats.bricks_changed}});
+    times_.push_back({{"frame", frame.name},
+                      {"read_ms", rounded(look_.read_ms, 3)},
+                      {"see_ms", rounded(look_.see_ms, 3)},
+                      {"integrate_ms", rounded(integrate_ms, 3)},
+                      {"floor_ms", rounded(floor_ms, 3)}});
+  }
+
+  void draw_last(std::size_t i) const {
+    const auto file = [&](const char* what) { return options_.out / fmt::format("{}_{:03}.png", what, i); };
+    if (look_.left) write_png(image_picture(*look_.left), file("left"));
+    write_png(depth_picture(*look_.view), file("depth"));
+    write_png(uncertainty_picture(*look_.view), file("uncertainty"));
+  }
+
+  void write_map() const {
+    const Eigen::Isometry3d first = ground_.map_from_world * sequence_.frames.front().world_from_camera;
+    MapViewConfig config;
+    config.title = "as the camera looked, from behind it";
+    Lookout behind;
+    const Eigen::Vector3d eye = first.translation();
+    behind.eye = eye + Eigen::Vector3d(-1.6, 0, 0.7);
+    behind.target = eye + Eigen::Vector3d(2.5, 0, -0.5);
+    write_png(map_view(*map_, behind, config), options_.out / "map_view.png");
+    config.title = "from above, through the backs of walls and ceiling";
+    write_png(map_view(*map_, bird_view(*map_, config, std::numbers::pi + 0.5, 0.9), config),
+              options_.out / "map_above.png");
+    FloorLayers layers;
+    for (const SequenceFrame& frame : sequence_.frames) {
+      layers.trail.push_back((ground_.map_from_world * frame.world_from_camera).translation().head<2>());
+    }
+    FloorPictureConfig floor;
+    floor.title = "floor map, and the camera's way";
+    write_png(floor_picture(floor_, layers, floor), options_.out / "floor.png");
+    cloud_.write(options_.out / "cloud.ply");
+    nav::write_bt(*map_, options_.out / "map.bt");
+    nav::write_map_server(floor_, options_.out);
+  }
+
+  void write_reports(const Json& box) const {
+    const nav::ExploredSpace space = nav::explored(*map_);
+    const nav::ExploredFloor area = nav::explored(floor_);
+    Json report = {{"layout", sequence_.rig ? "stereo" : "depth"},
+                   {"near_m", eyes_.range().near},
+                   {"far_m", eyes_.range().far},
+                   {"map", box},
+                   {"ground", ground_.report},
+                   {"points", points_},
+                   {"volume_m3",
+                    {{"occupied", rounded(space.occupied, 3)},
+                     {"empty", rounded(space.empty, 3)},
+                     {"unseen", rounded(space.unseen, 3)}}},
+                   {"floor_m2",
+                    {{"blocked", rounded(area.blocked, 3)},
+                     {"free", rounded(area.free, 3)},
+                     {"unseen", rounded(area.unseen, 3)}}},
+                   {"skipped", sequence_.skipped},
+                   {"frames", frames_}};
+    write_json(options_.out / "report.json", report);
+    write_json(options_.out / "timing.json", {{"frames", times_}});
+  }
+
+  MapOptions options_;
+  Sequence sequence_;
+  SequenceEyes eyes_;
+  Ground ground_;
+  std::unique_ptr<nav::VoxelMap> map_;
+  nav::Integrator integrator_;
+  nav::FloorMap floor_;
+  nav::CloudFile cloud_;
+  SequenceEyes::Look look_;
+  std::size_t points_ = 0;
+  Json frames_ = Json::array(), times_ = Json::array();
+};
+
+}  // namespace
+
+void add_map(CLI::App& app, Run& run) {
+  auto options = std::make_shared<MapOptions>();
+  CLI::App* command = app.add_subcommand("map", "Builds the map of a recorded sequence.");
+  command->footer(
+      "DIR holds either stereo pairs as EuRoC keeps them (cam0/data/STAMP.png, cam1/data/STAMP.png,\n"
+      "cam0/sensor.yaml, cam1/sensor.yaml, left_cam_gt*.csv with poses of the left camera), or depth images\n"
+      "(frame-000000.depth.png [16 bit, mm], frame-000000.pose.txt [4x4, world from camera], ...,\n"
+      "camera-intrinsics.txt [3x3]). The map lies level, its floor at z = 0 under the first camera.\n"
+      "Writes report.json, timing.json, pictures, cloud.ply, map.bt, floor.pgm and floor.yaml.");
+  command->add_option("--sequence", options->sequence, "Folder of the sequence")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--out", options->out, "Folder for what is written; made if need be")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--rig", options->rig, "Rig file in place of cam0/ and cam1/sensor.yaml")
+      ->type_name("FILE");
+  command->add_option("--resolution", options->resolution, "Edge of a voxel")
+      ->check(CLI::Range(0.01, 0.5))
+      ->type_name("M")
+      ->capture_default_str();
+  command->add_option("--near", options->near, "Nothing nearer is measured")->type_name("M");
+  command->add_option("--far", options->far, "Points farther away do not enter the map")->type_name("M");
+  command->callback([options, &run] { run = [options] { return MapRun(*options).run(); }; });
+}
+
+}  // namespace headway::app

@@ -1,0 +1,237 @@
+// headway reconstruct: one stereo pair in, uncertain points out.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/drawing.h"
+#include "app/map_view.h"
+#include "app/pictures.h"
+#include "app/report.h"
+#include "hal/error.h"
+#include "hal/head_kinematics.h"
+#include "nav/cloud_file.h"
+#include "nav/integrate.h"
+#include "nav/octomap_files.h"
+#include "nav/voxel_map.h"
+#include "vision/evaluation.h"
+#include "vision/image_files.h"
+#include "vision/rig_files.h"
+#include "vision/stereo.h"
+
+namespace headway::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kDisparityUnit = 256;  // of disparity.png, as Middlebury and KITTI have it
+
+struct ReconstructOptions {
+  fs::path left, right, out;
+  std::string rig, truth;
+  std::optional<double> focal, baseline, cx, cy, near, far;
+  double offset = 0, resolution = 0.02;
+};
+
+/// What the options say of a pair that is rectified already.
+vision::StereoRig rectified_rig(const ReconstructOptions& options, const hal::GrayImage& left) {
+  vision::StereoRig rig;
+  rig.name = "of the options";
+  vision::CameraIntrinsics& c = rig.left;
+  c.width = left.width, c.height = left.height;
+  c.fx = c.fy = *options.focal;
+  c.cx = options.cx.value_or((left.width - 1) / 2.0);
+  c.cy = options.cy.value_or((left.height - 1) / 2.0);
+  rig.right = c;
+  rig.right.cx += options.offset;
+  rig.right_from_left.translation().x() = -*options.baseline;
+  return rig;
+}
+
+vision::StereoRig rig_of(const ReconstructOptions& options, const hal::GrayImage& left) {
+  if (options.rig.empty() && !(options.focal && options.baseline)) {
+    throw InputError(
+        "reconstruct: no calibration, expected --rig FILE, or --focal and --baseline of a rectified pair");
+  }
+  vision::StereoRig rig = options.rig.empty() ? rectified_rig(options, left) : vision::read_rig(options.rig);
+  rig.nearest = options.near.value_or(rig.nearest);
+  rig.farthest = options.far.value_or(rig.farthest);
+  vision::require_usable(rig);
+  return rig;
+}
+
+/// 16 bits, disparity times 256; 0 is unknown, and so is what is not positive.
+cv::Mat disparity_image(const vision::DisparityImage& disparity) {
+  cv::Mat out = cv::Mat::zeros(disparity.height, disparity.width, CV_16U);
+  for (int v = 0; v < disparity.height; ++v) {
+    for (int u = 0; u < disparity.width; ++u) {
+      const double units = static_cast<double>(disparity.values[disparity.index(u, v)]) * kDisparityUnit;
+      if (units >= 0.5)
+        out.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(std::min(std::round(units), 65535.0));
+    }
+  }
+  return out;
+}
+
+/// The camera's field from just before it to its farthest, in a frame with x forward, y left, z up at the
+/// camera.
+nav::VoxelMapConfig box_of(const vision::RangeView& view, const Eigen::Isometry3d& map_from_camera,
+                           double resolution) {
+  Eigen::AlignedBox3d box(Eigen::Vector3d(map_from_camera.translation()));
+  const vision::PinholeCamera& c = view.camera;
+  for (const double u : {0.0, c.width - 1.0}) {
+    for (const double v : {0.0, c.height - 1.0}) box.extend(map_from_camera * c.point(u, v, view.far));
+  }
+  nav::VoxelMapConfig config;
+  config.resolution = resolution;
+  config.lowest = box.min();
+  config.highest = box.max();
+  return config;
+}
+
+class Reconstruction {
+ public:
+  explicit Reconstruction(const ReconstructOptions& options) : options_(options) {}
+
+  int run() {
+    Stopwatch watch;
+    hal::StereoFrame frame;
+    frame.left = vision::read_gray(options_.left);
+    frame.right = vision::read_gray(options_.right);
+    times_["read_ms"] = rounded(watch.lap_ms(), 3);
+    vision::StereoVision eyes(rig_of(options_, frame.left));
+    make_folder(options_.out);
+    watch.lap_ms();
+    const vision::RangeView& view = eyes.see(frame);
+    times_["see_ms"] = rounded(watch.lap_ms(), 3);
+    if (!eyes.fault().empty()) throw InputError(options_.left.string() + ": " + eyes.fault());
+    write_pictures(eyes, view);
+    map(view);
+    describe(eyes, view);
+    if (!options_.truth.empty()) compare(eyes.disparity());
+    write_json(options_.out / "report.json", report_);
+    write_json(options_.out / "timing.json", times_);
+    fmt::print(
+        "{}: {} points, {:.1f} % of the pixels; report.json, depth.png, uncertainty.png, cloud.ply, map.bt\n",
+        options_.out.string(), report_["points"].dump(), 100 * report_["density"].get<double>());
+    return kSuccess;
+  }
+
+ private:
+  void write_pictures(const vision::StereoVision& eyes, const vision::RangeView& view) {
+    Stopwatch watch;
+    write_png(image_picture(eyes.rectified_left()), options_.out / "left.png");
+    write_png(depth_picture(view), options_.out / "depth.png");
+    write_png(uncertainty_picture(view), options_.out / "uncertainty.png");
+    write_png(disparity_image(eyes.disparity()), options_.out / "disparity.png");
+    times_["pictures_ms"] = rounded(watch.lap_ms(), 3);
+  }
+
+  /// Where the camera stands is not known: the map's frame is the camera's, with x forward and z up.
+  void map(const vision::RangeView& view) {
+    Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
+    map_from_camera.linear() = hal::body_from_optical();
+    nav::VoxelMap voxels(box_of(view, map_from_camera, options_.resolution));
+    Stopwatch watch;
+    nav::integrate(voxels, view, map_from_camera, Time{});
+    times_["integrate_ms"] = rounded(watch.lap_ms(), 3);
+    nav::write_bt(voxels, options_.out / "map.bt");
+    nav::CloudFile cloud;
+    cloud.add(view, map_from_camera);
+    cloud.write(options_.out / "cloud.ply");
+    report_["points"] = cloud.size();
+    watch.lap_ms();
+    write_png(voxel_picture(voxels, view), options_.out / "map_view.png");
+    times_["map_view_ms"] = rounded(watch.lap_ms(), 3);
+  }
+
+  static cv::Mat voxel_picture(const nav::VoxelMap& voxels, const vision::RangeView& view) {
+    MapViewConfig config;
+    config.floor_height = voxels.lowest().z() - 1;  // none is known
+    config.colour_lowest = std::max(voxels.lowest().z(), -1.0);
+    config.colour_highest = std::min(voxels.highest().z(), 1.0);
+    config.title = "what was reconstructed, from beside the camera";
+    Lookout from;
+    const double middle = (std::max(view.near, 0.3) + view.far) / 2;
+    from.eye = {-0.15 * middle, 0.45 * middle, 0.35 * middle};
+    from.target = {middle, 0, -0.05 * middle};
+    return map_view(voxels, from, config);
+  }
+
+  void describe(const vision::StereoVision& eyes, const vision::RangeView& view) {
+    const auto& found = eyes.disparity().values;
+    const auto matched = std::count_if(found.begin(), found.end(), [](float d) { return std::isfinite(d); });
+    report_["density"] =
+        rounded(static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, found.size())));
+    report_["near_m"] = view.near;
+    report_["far_m"] = view.far;
+    report_["frame"] = "the rectified left camera's, turned to x forward, y left, z up";
+    const vision::DisparityRange range = vision::disparity_range(eyes.rig());
+    report_["disparities"] = {{"lowest", range.lowest}, {"count", range.count}};
+  }
+
+  void compare(const vision::DisparityImage& found) {
+    const vision::DisparityImage truth = vision::read_disparity(options_.truth);
+    if (truth.width != found.width || truth.height != found.height) {
+      throw InputError(fmt::format("{}: has {} x {} px, expected {} x {} as the rectified images",
+                                   options_.truth, truth.width, truth.height, found.width, found.height));
+    }
+    const vision::MatchQuality quality = vision::compare(found, truth);
+    report_["density_of_all"] = report_["density"];
+    report_["density"] = rounded(quality.density);  // where the truth is known
+    report_["bad_1"] = rounded(quality.bad_1);
+    report_["bad_2"] = rounded(quality.bad_2);
+    report_["inlier_rms_px"] = rounded(quality.inlier_rms);
+    report_["coverage_3_sigma"] = rounded(quality.coverage_3_sigma);
+  }
+
+  ReconstructOptions options_;
+  Json report_ = Json::object(), times_ = Json::object();
+};
+
+}  // namespace
+
+void add_reconstruct(CLI::App& app, Run& run) {
+  auto options = std::make_shared<ReconstructOptions>();
+  CLI::App* command =
+      app.add_subcommand("reconstruct", "Turns one stereo pair into uncertain points and a map.");
+  command->footer(
+      "With --rig FILE the images are rectified first. A pair that is rectified already needs no file:\n"
+      "  headway reconstruct left.png right.png --focal 994.978 --baseline 0.193 --near 2 --out DIR\n"
+      "Writes report.json, timing.json, left.png, depth.png, uncertainty.png, disparity.png (16 bit,\n"
+      "times 256), map_view.png, cloud.ply and map.bt, in the camera's frame: x forward, y left, z up.");
+  command->add_option("left", options->left, "Left image")->required()->type_name("LEFT");
+  command->add_option("right", options->right, "Right image")->required()->type_name("RIGHT");
+  command->add_option("--out", options->out, "Folder for what is written; made if need be")
+      ->required()
+      ->type_name("DIR");
+  CLI::Option* rig = command->add_option("--rig", options->rig, "Rig file (YAML)")->type_name("FILE");
+  const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit) {
+    return command->add_option(name, value, help)->type_name(unit)->excludes(rig);
+  };
+  for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX");
+  for_rectified("--baseline", options->baseline, "Distance between its cameras", "M");
+  for_rectified("--cx", options->cx, "Its left principal point; the image's centre unless given", "PX");
+  for_rectified("--cy", options->cy, "The same, downwards", "PX");
+  for_rectified("--offset", options->offset, "Its right principal point's x less the left one's (doffs)",
+                "PX");
+  command
+      ->add_option("--near", options->near, "Nearest depth to match: sets how many disparities are searched")
+      ->type_name("M");
+  command->add_option("--far", options->far, "Points farther away do not enter the map")->type_name("M");
+  command->add_option("--resolution", options->resolution, "Edge of a voxel")
+      ->check(CLI::Range(0.005, 0.5))
+      ->type_name("M")
+      ->capture_default_str();
+  command
+      ->add_option("--truth", options->truth,
+                   "True disparities (16-bit PNG, times 256, 0 unknown) to compare with")
+      ->type_name("FILE");
+  command->callback([options, &run] { run = [options] { return Reconstruction(*options).run(); }; });
+}
+
+}  // namespace headway::app
