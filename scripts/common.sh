@@ -66,6 +66,22 @@ run_setup() {
   [[ ${HEADWAY_SKIP_SETUP:-0} == 1 ]] || scripts/setup "$@"
 }
 
+# Real images and maps are looked for next to the tree, where nobody says where they are.
+use_shared_data() {
+  if [[ -z ${HEADWAY_DATA-} && -d ../shared/data ]]; then
+    HEADWAY_DATA=$(realpath ../shared/data)
+    export HEADWAY_DATA
+  fi
+}
+
+# The tree's own C++ files, without the generated ones.
+cpp_files() {
+  find . \( -name build -o -name .git \) -prune -o \( -name '*.cpp' -o -name '*.h' \) -print | sed 's|^\./||' | sort |
+    while IFS= read -r file; do
+      head -n 1 "$file" | grep -q '^// GENERATED ' || echo "$file"
+    done
+}
+
 # build PRESET [TARGET...]: configures and builds build/PRESET.
 build() {
   local preset=$1
