@@ -1,14 +1,39 @@
 #include "vision/disparity_sigma.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace headway::vision {
 
-void estimate_sigma(const hal::GrayImage& left, const SigmaModel& model, DisparityImage& disparity) {
-  (void)left;
+namespace {
+
+constexpr int kReach = 2;  // [px]
+
+}  // namespace
+
+void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
+  const int width = disparity.width, height = disparity.height;
+  const auto base2 = static_cast<float>(model.base * model.base), jump = static_cast<float>(model.jump);
   disparity.sigma.assign(disparity.values.size(), DisparityImage::kNone);
-  for (std::size_t i = 0; i < disparity.values.size(); ++i)
-    if (!std::isnan(disparity.values[i])) disparity.sigma[i] = static_cast<float>(model.base);
+  for (int v = 0; v < height; ++v) {
+    const std::array<int, 3> rows{std::max(0, v - kReach), v, std::min(height - 1, v + kReach)};
+    for (int u = 0; u < width; ++u) {
+      const float d = disparity.values[disparity.index(u, v)];
+      if (std::isnan(d)) continue;
+      const std::array<int, 3> columns{std::max(0, u - kReach), u, std::min(width - 1, u + kReach)};
+      float lowest = 0, highest = 0;  // relative to d
+      for (const int row : rows)
+        for (const int column : columns) {
+          const float step = disparity.values[disparity.index(column, row)] - d;
+          if (!(std::abs(step) <= jump)) continue;  // another surface, or no match
+          lowest = std::min(lowest, step);
+          highest = std::max(highest, step);
+        }
+      const float spread = highest - lowest;
+      disparity.sigma[disparity.index(u, v)] = std::sqrt(base2 + spread * spread / 12);
+    }
+  }
 }
 
 }  // namespace headway::vision

@@ -1,17 +1,24 @@
-// How far a match may be off: per pixel, from what the image and the disparities around it look like.
+// How far a match may be off: per pixel, from how much the disparities around it vary.
 #pragma once
 
-#include "hal/frame.h"
 #include "vision/disparity.h"
 
 namespace headway::vision {
 
-/// sigma^2 = base^2 + (slope_share * disparity change per pixel)^2 + (noise / image gradient)^2   [px^2].
+/// sigma^2 = base^2 + spread^2 / 12   [px^2], where spread is the range of the disparities around the pixel
+/// (two pixels away in all eight directions), as far as they belong to its surface.
+///
+/// Why: semi-global matching compares blocks and smooths along rows and columns, so on a slanted or curved
+/// surface a pixel may be given the disparity of any place in its neighbourhood: uniform in the spread, hence
+/// the twelve. The image gradient, which rules the error of plain block matching, does not predict it.
+/// Neighbours beyond `jump` belong to another surface: a match that went to the wrong one of them is a gross
+/// error, which no Gaussian describes; its sigma is not widened.
 struct SigmaModel {
-  double base = 0.3;  ///< [px] of a good match; StereoVision takes it from the rig
+  double base = 0.25;  ///< [px] on a surface of constant depth; StereoVision takes it from the rig
+  double jump = 2;     ///< [px] disparity step that separates surfaces
 };
 
-/// Fills `disparity.sigma` (NaN where there is no match). `left` is the image that was matched.
-void estimate_sigma(const hal::GrayImage& left, const SigmaModel& model, DisparityImage& disparity);
+/// Fills `disparity.sigma` (NaN where there is no match).
+void estimate_sigma(const SigmaModel& model, DisparityImage& disparity);
 
 }  // namespace headway::vision

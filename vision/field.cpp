@@ -86,8 +86,9 @@ std::vector<double> spread(double lower, double upper, double step, Coverage cov
 }  // namespace
 
 Field field_of(const RectifiedRig& rig, double near, double far) {
+  const Field nothing{{Vector4d(0, 0, 0, -1)}, {}};
+  if (!(near > 0) || !(far > near) || rig.camera.width <= 0 || rig.camera.height <= 0) return nothing;
   Field field;
-  if (!(near > 0) || !(far > near) || rig.camera.width <= 0 || rig.camera.height <= 0) return field;
   const std::vector<Vector4d> rows = all_rows(rig, near, far);
   field.corners = vertices(rows);
   for (const Vector4d& row : rows) {
@@ -95,8 +96,7 @@ Field field_of(const RectifiedRig& rig, double near, double far) {
                                    [&](const Vector4d& r) { return (r - row).norm() < 10 * kTolerance; });
     if (!twice && carries_a_face(row, field.corners)) field.rows.push_back(row);
   }
-  if (field.rows.size() < 4) field = {{Vector4d(0, 0, 0, -1)}, {}};  // nothing lies inside
-  return field;
+  return field.rows.size() < 4 ? nothing : field;
 }
 
 FieldAngles field_angles(const RectifiedRig& rig, double z) {

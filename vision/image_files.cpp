@@ -8,7 +8,7 @@
 
 #include "hal/error.h"
 #include "vision/cv_image.h"
-#include "vision/png_check.h"
+#include "vision/image_check.h"
 
 namespace headway::vision {
 
@@ -33,36 +33,19 @@ std::vector<std::uint8_t> read_bytes(const fs::path& file) {
   return bytes;
 }
 
-// JPEG decoders paint what is missing grey, without an error; the end mark tells.
-bool is_cut_jpeg(const std::vector<std::uint8_t>& b) {
-  if (b.size() < 4 || b[0] != 0xFF || b[1] != 0xD8) return false;
-  const std::size_t tail = b.size() > 64 ? b.size() - 64 : 2;
-  for (std::size_t i = b.size() - 1; i > tail; --i)
-    if (b[i - 1] == 0xFF && b[i] == 0xD9) return false;
-  return true;
-}
-
 cv::Mat decode(const fs::path& file, int mode) {
   const std::vector<std::uint8_t> bytes = read_bytes(file);
-  if (bytes.empty()) throw InputError(fmt::format("{}: is empty, expected an image", file.string()));
-  if (is_png(bytes)) {
-    if (const std::string fault = png_fault(bytes, kLargestMegapixels); !fault.empty())
-      throw InputError(fmt::format("{}: {}; export or copy the image again", file.string(), fault));
-  }
-  if (is_cut_jpeg(bytes))
-    throw InputError(fmt::format("{}: is truncated; export or copy the image again", file.string()));
+  if (const std::string fault = image_fault(bytes, kLargestMegapixels); !fault.empty())
+    throw InputError(fmt::format("{}: {}", file.string(), fault));
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, mode | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const std::exception&) {
-    image.release();  // OpenCV throws on sizes it refuses; to the user that is an unreadable image
+    image.release();  // OpenCV throws on some damage and returns nothing on other; to the user it is the same
   }
   if (image.empty())
-    throw InputError(fmt::format("{}: is not an image that can be read, expected PNG, JPEG, PGM, BMP or TIFF",
-                                 file.string()));
-  if (1e-6 * image.cols * image.rows > kLargestMegapixels)
-    throw InputError(fmt::format("{}: has {:.0f} megapixels, expected at most {:.0f}", file.string(),
-                                 1e-6 * image.cols * image.rows, kLargestMegapixels));
+    throw InputError(
+        fmt::format("{}: is damaged and cannot be decoded; export or copy the image again", file.string()));
   return image;
 }
 

@@ -55,13 +55,9 @@ void SgbmMatcher::match(const hal::GrayImage& left, const hal::GrayImage& right,
   // inside: with a border as wide as the search it fills them, and partners in the border are dropped below.
   const int before = std::max(0, range_.lowest + range_.count), after = std::max(0, -range_.lowest);
   State& s = *state_;
-  try {
-    cv::copyMakeBorder(as_mat(left), s.left, 0, 0, before, after, cv::BORDER_REPLICATE);
-    cv::copyMakeBorder(as_mat(right), s.right, 0, 0, before, after, cv::BORDER_REPLICATE);
-    s.sgbm->compute(s.left, s.right, s.found);
-  } catch (const cv::Exception&) {
-    return;  // out of memory, or an image too small to match: nothing is known
-  }
+  cv::copyMakeBorder(as_mat(left), s.left, 0, 0, before, after, cv::BORDER_REPLICATE);
+  cv::copyMakeBorder(as_mat(right), s.right, 0, 0, before, after, cv::BORDER_REPLICATE);
+  s.sgbm->compute(s.left, s.right, s.found);
 
   const int lowest = range_.lowest * kScale;
   for (int v = 0; v < out.height; ++v) {

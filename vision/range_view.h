@@ -23,7 +23,9 @@ struct PinholeCamera {
 /// A range image with the uncertainty of each point. All in the left rectified camera's optical frame.
 struct RangeView {
   PinholeCamera camera;
-  double near = 0, far = 0;        ///< depths Z [m] the sensor can measure: nothing is known outside them
+  /// Depths Z [m] that the sensor is trusted for. No point is nearer than `near`; one may be farther than
+  /// `far`, which tells no more than that its ray is empty up to there.
+  double near = 0, far = 0;
   std::vector<float> depth;        ///< Z [m], row-major height x width; NaN where nothing was measured
   std::vector<float> sigma_depth;  ///< standard deviation of Z [m], same layout; NaN where depth is
 

@@ -14,7 +14,7 @@ struct RectifiedRig {
   double baseline = 0;          ///< [m]
   double disparity_offset = 0;  ///< cx_right - cx_left [px]; zero unless the images came rectified that way
   double nearest = 0, farthest = 0;  ///< depths Z [m], as in StereoRig
-  double disparity_sigma = 0.3;      ///< [px], at this camera's resolution
+  double disparity_sigma = 0.25;     ///< [px], at this camera's resolution
 
   double depth(double disparity) const { return camera.focal * baseline / (disparity + disparity_offset); }
   double disparity(double depth_z) const { return camera.focal * baseline / depth_z - disparity_offset; }

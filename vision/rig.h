@@ -24,9 +24,9 @@ struct StereoRig {
   std::string name;
   CameraIntrinsics left, right;
   Eigen::Isometry3d right_from_left = Eigen::Isometry3d::Identity();
-  double nearest = 0.8;          ///< depth Z [m] that must still be matched: sets the disparity range
-  double farthest = 6.0;         ///< depth Z [m] up to which points go into the map
-  double disparity_sigma = 0.3;  ///< standard deviation [px] of a good match
+  double nearest = 0.8;           ///< depth Z [m] that must still be matched: sets the disparity range
+  double farthest = 6.0;          ///< depth Z [m] up to which points go into the map
+  double disparity_sigma = 0.25;  ///< standard deviation [px] of a match on a surface of constant depth
 
   double baseline() const { return right_from_left.translation().norm(); }  ///< [m]
 };

@@ -1,6 +1,7 @@
 #include "vision/stereo.h"
 
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
 
 #include "vision/triangulation.h"
 
@@ -14,13 +15,15 @@ StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
 }
 
 const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
-  if (usable(frame)) {
-    rectifier_.rectify(frame.left, frame.right, left_, right_);
-    matcher_->match(left_, right_, disparity_);
-    estimate_sigma(left_, sigma_, disparity_);
-  } else {
-    disparity_.resize(camera().width, camera().height);
-  }
+  disparity_.resize(camera().width, camera().height);
+  if (usable(frame)) try {
+      rectifier_.rectify(frame.left, frame.right, left_, right_);
+      matcher_->match(left_, right_, disparity_);
+      estimate_sigma(sigma_, disparity_);
+    } catch (const cv::Exception& e) {
+      fault_ = fmt::format("the pair could not be matched: {}", e.err);
+      disparity_.resize(camera().width, camera().height);
+    }
   range_view(disparity_, rig(), view_);
   return view_;
 }

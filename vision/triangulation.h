@@ -23,8 +23,8 @@ RangeView range_view(const DisparityImage& disparity, const RectifiedRig& rig);
 
 /// The error of a depth that a stereo rig measured: sigma_Z = Z^2 / focal_baseline * disparity_sigma.
 struct StereoDepthSigma {
-  double focal_baseline = 0;     ///< [px m]
-  double disparity_sigma = 0.3;  ///< [px]
+  double focal_baseline = 0;      ///< [px m]
+  double disparity_sigma = 0.25;  ///< [px]
 };
 /// The error of a depth camera: sigma_Z = constant + quadratic Z^2.
 struct DepthCameraSigma {
