@@ -1,0 +1,199 @@
+// A head drive as a CANopen node that does what the standard says, or what a test wants instead. Its state
+// machine is written out by hand, so that a mistake in hal/cia402.h does not hide itself.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hal/bus_codec.h"
+#include "hal/can_bus.h"
+
+namespace headway::drivers::testing {
+
+class ScriptedDrive {
+ public:
+  enum class State {
+    kDisabled = 0x40,
+    kReady = 0x21,
+    kOn = 0x23,
+    kEnabled = 0x27,
+    kQuickStop = 0x07,
+    kFault = 0x08
+  };
+  using Key = std::pair<std::uint16_t, std::uint8_t>;
+
+  explicit ScriptedDrive(std::uint8_t its_node) : node(its_node) {}
+
+  // What a test may turn.
+  std::uint8_t node;
+  bool mute_status = false, mute_position = false, mute_heartbeat = false, mute_sdo = false;
+  bool never_acknowledges = false, knows_transition_16 = true, fault_is_permanent = false,
+       stuck_switched_on = false;
+  std::optional<Key> refuses, forgets;  ///< objects it aborts, or does not keep
+  std::int32_t position = 0;            ///< [0.001 deg]
+  State state = State::kDisabled;
+
+  // What a test may look at.
+  std::map<Key, std::uint32_t> objects;
+  std::vector<Key> written;                 ///< in order
+  std::vector<std::int32_t> set_points;     ///< taken on the rising edge of bit 4
+  std::vector<std::uint16_t> controlwords;  ///< each time it changed
+  std::vector<State> states;                ///< each time it changed
+  int sdo_requests = 0;
+  bool operational = false, halted = false;
+  std::int32_t target = 0;
+
+  std::vector<hal::CanFrame> out;  ///< frames it sends
+
+  void boot(Time now) {
+    operational = false;
+    objects.clear();
+    become(State::kDisabled);
+    controlword_ = 0;
+    acknowledges_ = false;
+    send(hal::bus::Heartbeat{.state = hal::bus::Heartbeat::State::kBootUp}.pack(0x700u + node), now);
+  }
+  void emergency(std::uint16_t code, Time now) {
+    send(hal::bus::Emcy{.code = code}.pack(0x080u + node), now);
+  }
+  void fault() { become(State::kFault); }
+  void quick_stop() { become(State::kQuickStop); }
+
+  void receive(const hal::CanFrame& frame, Time now) {
+    using namespace hal::bus;
+    if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
+      operational = nmt->command == Nmt::Command::kStart;
+    } else if (frame.id == Sync::kId) {
+      report(now);
+    } else if (frame.id == 0x600u + node) {
+      answer(*SdoRequest::unpack(frame), now);
+    } else if (frame.id == 0x200u + node && operational && is_mapped(0x1400, 0x1600, 0x60400010, 3)) {
+      obey(*DriveCommand::unpack(frame));
+    }
+  }
+
+  void tick(Time now) {
+    const std::int32_t step = 200;  // 40 deg/s at 5 ms
+    velocity_ = 0;
+    if (state == State::kEnabled && !halted) {
+      const std::int32_t move = std::clamp(target - position, -step, step);
+      position += move;
+      velocity_ = move * 200;
+    }
+    const std::uint32_t period = objects[{0x1017, 0}];
+    if (period != 0 && !mute_heartbeat && now - heartbeat_at_ >= std::chrono::milliseconds(period)) {
+      using S = hal::bus::Heartbeat::State;
+      heartbeat_at_ = now;
+      send(hal::bus::Heartbeat{.state = operational ? S::kOperational : S::kPreOperational}.pack(0x700u +
+                                                                                                 node),
+           now);
+    }
+  }
+
+ private:
+  void send(std::optional<hal::CanFrame> frame, Time now) {
+    frame.value().stamp = now;
+    out.push_back(*frame);
+  }
+
+  void become(State next) {
+    if (next == state) return;
+    state = next;
+    states.push_back(next);
+    if (next == State::kEnabled) target = position;
+  }
+
+  bool is_mapped(std::uint16_t communication, std::uint16_t mapping, std::uint32_t first,
+                 std::uint32_t count) {
+    return (objects[{communication, 1}] & 0x80000000) == 0 && objects[{mapping, 0}] == count &&
+           objects[{mapping, 1}] == first;
+  }
+
+  void report(Time now) {
+    if (!operational) return;
+    if (!mute_status && is_mapped(0x1800, 0x1A00, 0x60410010, 2)) {
+      const std::uint16_t reached = position == target ? 0x0400 : 0;
+      const std::uint16_t acknowledged = acknowledges_ ? 0x1000 : 0;
+      send(hal::bus::DriveStatus{.statusword = static_cast<std::uint16_t>(static_cast<int>(state) | reached |
+                                                                          acknowledged),
+                                 .mode = mode_}
+               .pack(0x180u + node),
+           now);
+    }
+    if (!mute_position && is_mapped(0x1801, 0x1A01, 0x60640020, 2)) {
+      send(
+          hal::bus::DriveMotion{.position_deg = position * 1e-3, .velocity_deg_per_s = velocity_ * 1e-3}.pack(
+              0x280u + node),
+          now);
+    }
+  }
+
+  void answer(const hal::bus::SdoRequest& request, Time now) {
+    ++sdo_requests;
+    if (mute_sdo) return;
+    const Key key{request.index, request.subindex};
+    hal::bus::SdoAnswer reply{.command = 0x60, .index = request.index, .subindex = request.subindex};
+    if (key == refuses || (operational && request.index >= 0x1400 && request.index < 0x1B00)) {
+      reply.command = 0x80;
+      reply.data = 0x08000022;
+    } else if (request.command == 0x40) {
+      const std::uint8_t size = sizes_[key];
+      reply.command = static_cast<std::uint8_t>(0x43 | ((4 - size) << 2));
+      reply.data = key == forgets ? objects[key] + 1 : objects[key];
+    } else {
+      sizes_[key] = static_cast<std::uint8_t>(4 - ((request.command >> 2) & 3));
+      objects[key] = request.data;
+      written.push_back(key);
+    }
+    send(reply.pack(0x580u + node), now);
+  }
+
+  void obey(const hal::bus::DriveCommand& c) {
+    const std::uint16_t before = controlword_;
+    controlword_ = c.controlword;
+    if (before != controlword_) controlwords.push_back(controlword_);
+    mode_ = c.mode;
+    move_state(before);
+    halted = (c.controlword & 0x100) != 0;
+    if ((c.controlword & 0x10) == 0) acknowledges_ = false;
+    const bool rising = (c.controlword & 0x10) != 0 && (before & 0x10) == 0;
+    if (state == State::kEnabled && rising) {
+      set_points.push_back(static_cast<std::int32_t>(std::lround(c.target_deg * 1000)));
+      if (never_acknowledges) return;
+      target = set_points.back();
+      acknowledges_ = true;
+    }
+  }
+
+  void move_state(std::uint16_t before) {
+    const int w = controlword_;
+    if (state == State::kFault) {
+      if ((w & 0x80) != 0 && (before & 0x80) == 0 && !fault_is_permanent) become(State::kDisabled);
+    } else if ((w & 0x02) == 0) {
+      become(State::kDisabled);  // 7, 9, 10, 12
+    } else if ((w & 0x06) == 0x02) {
+      become(state == State::kEnabled ? State::kQuickStop : State::kDisabled);  // 11
+    } else if ((w & 0x07) == 0x06) {
+      if (state != State::kQuickStop) become(State::kReady);  // 2, 6, 8
+    } else if ((w & 0x0F) == 0x07) {
+      if (state == State::kReady || state == State::kEnabled) become(State::kOn);  // 3, 5
+    } else if ((w & 0x0F) == 0x0F) {
+      const bool from_on = state == State::kOn && !stuck_switched_on;
+      if (from_on || (state == State::kQuickStop && knows_transition_16)) become(State::kEnabled);  // 4, 16
+    }
+  }
+
+  std::map<Key, std::uint8_t> sizes_;
+  std::uint16_t controlword_ = 0;
+  std::int8_t mode_ = 0;
+  std::int32_t velocity_ = 0;
+  bool acknowledges_ = false;
+  Time heartbeat_at_{};
+};
+
+}  // namespace headway::drivers::testing
