@@ -34,13 +34,14 @@ enum class PlanVerdict : std::uint8_t {
 
 /// Why nothing more is committed in this session.
 enum class StackStop : std::uint8_t {
-  kNone,      ///< it goes on
+  kNone,      ///< it goes on, or has come to its planned end
   kAsked,     ///< stop() was called
   kMissed,    ///< no step was there at its deadline
   kStale,     ///< the plan rested on frames too old at the deadline
   kRejected,  ///< the control computer refused a step
   kLost,      ///< its status stayed away, is a fault, or made no sense
   kNoStart,   ///< it did not begin to walk in time
+  kEnded,     ///< it came to rest before the last step
 };
 
 struct StepStackConfig {
@@ -49,7 +50,7 @@ struct StepStackConfig {
   Duration margin = seconds(0.02);         ///< for the way to the wire
   Duration max_map_age = seconds(1.0);     ///< a step commits only on a plan this fresh
   Duration status_timeout = seconds(0.1);  ///< a status older than this is no status
-  Duration start_timeout = seconds(2.0);   ///< from the first step sent to walking
+  Duration start_timeout = seconds(4.0);   ///< from the first step sent to its lift-off
 };
 
 /// What the frame loop needs to know to plan on.
@@ -58,32 +59,35 @@ struct Committed {
   std::uint32_t next_index = 0;  ///< the first step that may still change
   hal::Stance stance;            ///< after all committed steps
   std::optional<hal::Foot>
-      last_foot;  ///< the last one to land in it; nothing before the first step, and at rest
-  bool stopping = false;
-  StackStop why = StackStop::kNone;
-  bool at_rest = true;                             ///< no committed step is left to walk
-  Time newest_frame{};                             ///< of the plan of the last committed step
+      last_foot;          ///< the last one to land in it; nothing before the first step, and at rest
+  bool stopping = false;  ///< nothing more is committed in this session
+  StackStop why = StackStop::kNone;  ///< kNone too once the last step of a complete plan is committed
+  bool at_rest = true;               ///< no committed step is left to walk
+  Time newest_frame{};               ///< of the plan of the last committed step
   std::uint32_t taken = 0, late = 0, refused = 0;  ///< plans, since the program began
 };
 
 /// At any moment the committed steps are the one under way and at most the two after it, which the robot
-/// needs to come to rest. While step k is under way, step k+3 commits; its deadline is the start of step k+1.
-/// Whatever is missed ends the walk after the steps that are committed, feet as they land. Nothing sent is
-/// ever replaced.
+/// needs to come to rest; at rest, up to three. While step k is under way, step k+3 commits; its deadline is
+/// the start of step k+1. Whatever is missed ends the walk after the steps that are committed, feet as they
+/// land. Nothing sent is ever replaced; but a step that the control computer refuses, or does not walk before
+/// it comes to rest, was none.
 class StepStack {
  public:
-  explicit StepStack(const StepStackConfig& config = {}) : config_(config) {}
+  explicit StepStack(const StepStackConfig& config = {}) noexcept : config_(config) {}
 
   /// A new walk from a stance. False, and nothing done, unless at rest and with a session number (0..15)
   /// other than the last.
   bool begin(std::uint8_t session, const hal::Stance& stance) noexcept;
 
+  /// Takes a plan whose first step is the next to commit, in place of the last plan.
   PlanVerdict propose(const StepPlan& plan) noexcept;
 
   /// Commits nothing more in this session.
   void stop() noexcept { stop(StackStop::kAsked); }
 
-  /// Call once a bus cycle. The step to hand over now, if any; it is committed by sent().
+  /// Call once a bus cycle, walking or not. The step to hand over now, if any; it is committed by sent(). May
+  /// be called again in the same cycle for the next one.
   std::optional<hal::NumberedStep> due(Time now, const hal::WalkStatus& status) noexcept;
 
   /// The walker has taken the step that due() returned last (hal::Walker::send gave true).
@@ -91,13 +95,39 @@ class StepStack {
 
   const Committed& committed() const noexcept { return committed_; }
   bool walking() const noexcept { return !committed_.at_rest; }
+  /// The number of the step under way, or of the last one; nothing before the first.
+  std::optional<std::uint32_t> executing() const noexcept;
 
  private:
+  static constexpr std::int64_t kNone = -1;
+  static constexpr std::uint32_t kRemembered = 8;
+  struct Landed {
+    hal::Stance stance;
+    hal::Foot foot = hal::Foot::kLeft;
+  };
+
   void stop(StackStop why) noexcept;
+  PlanVerdict check(const StepPlan& plan) const noexcept;
+  void follow(Time now, const hal::WalkStatus& status) noexcept;
+  void follow_session(const hal::WalkStatus& status) noexcept;
+  void give_up_start(Time now, const hal::WalkStatus& status) noexcept;
+  void come_to_rest() noexcept;
+  void forget_from(std::int64_t index) noexcept;
+  std::int64_t unwrapped(std::uint8_t sequence) const noexcept;
+  const hal::Footstep* next_step() const noexcept;
+  bool plan_ends() const noexcept;
+  bool fresh(Time now) const noexcept { return now - plan_.newest_frame <= config_.max_map_age; }
+  bool may_commit(Time now, const hal::WalkStatus& status) noexcept;
+  void pass_deadline(Time now) noexcept;
 
   StepStackConfig config_;
   Committed committed_;
+  bool begun_ = false, has_plan_ = false, due_ = false;
   StepPlan plan_;
+  hal::Stance first_stance_;                  ///< before step 0
+  std::array<Landed, kRemembered> landed_{};  ///< after step i, at i modulo the size
+  std::int64_t executing_ = kNone;
+  Time first_sent_{};
 };
 
 }  // namespace headway::nav

@@ -1,0 +1,193 @@
+#include "nav/step_stack.h"
+
+#include <type_traits>
+
+namespace headway::nav {
+
+static_assert(std::is_trivially_copyable_v<StepPlan>);
+static_assert(std::is_trivially_copyable_v<Committed>);
+static_assert(std::is_trivially_copyable_v<StepStack>);
+
+namespace {
+
+constexpr std::uint8_t kSessions = 16;
+constexpr std::int64_t kSequences = 64;  // numbers on the wire before they begin again
+constexpr std::int64_t kAhead = 3;       // the step under way and the two after it are committed
+
+}  // namespace
+
+bool StepStack::begin(std::uint8_t session, const hal::Stance& stance) noexcept {
+  if (!committed_.at_rest || session >= kSessions || (begun_ && session == committed_.session)) return false;
+  begun_ = true;
+  has_plan_ = due_ = false;
+  executing_ = kNone;
+  first_stance_ = stance;
+  committed_.session = session;
+  committed_.next_index = 0;
+  committed_.stance = stance;
+  committed_.last_foot.reset();
+  committed_.stopping = false;
+  committed_.why = StackStop::kNone;
+  return true;
+}
+
+PlanVerdict StepStack::check(const StepPlan& plan) const noexcept {
+  if (!begun_ || plan.session != committed_.session) return PlanVerdict::kSession;
+  if (committed_.stopping) return PlanVerdict::kStopping;
+  if (plan.count < 0 || plan.count > StepPlan::kMost) return PlanVerdict::kInvalid;
+  if (plan.first_index < committed_.next_index) return PlanVerdict::kLate;
+  if (plan.first_index > committed_.next_index) return PlanVerdict::kGap;
+  std::optional<hal::Foot> last = committed_.last_foot;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(plan.count); ++i) {
+    if (last == plan.steps[i].foot) return PlanVerdict::kInvalid;
+    last = plan.steps[i].foot;
+  }
+  return PlanVerdict::kTaken;
+}
+
+PlanVerdict StepStack::propose(const StepPlan& plan) noexcept {
+  const PlanVerdict verdict = check(plan);
+  if (verdict == PlanVerdict::kTaken) {
+    plan_ = plan;
+    has_plan_ = true;
+    due_ = false;
+    ++committed_.taken;
+  } else {
+    ++(verdict == PlanVerdict::kLate ? committed_.late : committed_.refused);
+  }
+  return verdict;
+}
+
+void StepStack::stop(StackStop why) noexcept {
+  due_ = false;
+  if (committed_.stopping) return;
+  committed_.stopping = true;
+  committed_.why = why;
+}
+
+std::optional<std::uint32_t> StepStack::executing() const noexcept {
+  if (executing_ == kNone) return std::nullopt;
+  return static_cast<std::uint32_t>(executing_);
+}
+
+/// The newest committed step with this number on the wire; kNone when there is none.
+std::int64_t StepStack::unwrapped(std::uint8_t sequence) const noexcept {
+  const std::int64_t last = static_cast<std::int64_t>(committed_.next_index) - 1;
+  if (sequence == hal::kNoStep || last < 0) return kNone;
+  const std::int64_t back = ((last - sequence) % kSequences + kSequences) % kSequences;
+  return back <= last ? last - back : kNone;
+}
+
+/// The control computer has not taken the steps from `index` on, and will not.
+void StepStack::forget_from(std::int64_t index) noexcept {
+  if (index >= static_cast<std::int64_t>(committed_.next_index)) return;
+  committed_.next_index = static_cast<std::uint32_t>(index);
+  if (index == 0) {
+    committed_.stance = first_stance_;
+    committed_.last_foot.reset();
+    return;
+  }
+  const Landed& last = landed_[static_cast<std::size_t>(index - 1) % kRemembered];
+  committed_.stance = last.stance;
+  committed_.last_foot = last.foot;
+}
+
+void StepStack::come_to_rest() noexcept {
+  if (executing_ + 1 < static_cast<std::int64_t>(committed_.next_index) || !plan_ends())
+    stop(StackStop::kEnded);
+  committed_.stopping = true;
+  forget_from(executing_ + 1);
+  committed_.last_foot.reset();
+  committed_.at_rest = true;
+  due_ = false;
+}
+
+void StepStack::follow_session(const hal::WalkStatus& status) noexcept {
+  const std::int64_t executing = unwrapped(status.executing);
+  if (executing < executing_) return stop(StackStop::kLost);
+  executing_ = executing;
+  const std::int64_t rejected = unwrapped(status.rejected);
+  const bool refused = status.reject_reason != hal::StepReject::kNone &&
+                       status.reject_reason != hal::StepReject::kFull;  // a full queue passes
+  if (refused && rejected > unwrapped(status.accepted)) {
+    stop(StackStop::kRejected);
+    forget_from(rejected);
+  }
+  if (executing_ != kNone && status.state == hal::WalkState::kStanding) come_to_rest();
+}
+
+/// Steps were sent and the robot still stands: wait, then give it up and count them as never sent.
+void StepStack::give_up_start(Time now, const hal::WalkStatus& status) noexcept {
+  if (executing_ != kNone || now - first_sent_ <= config_.start_timeout) return;
+  stop(StackStop::kNoStart);
+  if (status.state == hal::WalkState::kStanding) come_to_rest();
+}
+
+void StepStack::follow(Time now, const hal::WalkStatus& status) noexcept {
+  if (committed_.at_rest) return;
+  if (now - status.stamp > config_.status_timeout) return stop(StackStop::kLost);
+  if (status.state == hal::WalkState::kFault) stop(StackStop::kLost);
+  if (status.session == committed_.session) {
+    follow_session(status);
+  } else if (executing_ != kNone) {
+    stop(StackStop::kLost);
+  }
+  if (!committed_.at_rest) give_up_start(now, status);
+}
+
+const hal::Footstep* StepStack::next_step() const noexcept {
+  if (!has_plan_) return nullptr;
+  const std::uint32_t place = committed_.next_index - plan_.first_index;
+  return place < static_cast<std::uint32_t>(plan_.count) ? &plan_.steps[place] : nullptr;
+}
+
+bool StepStack::plan_ends() const noexcept { return has_plan_ && plan_.complete && next_step() == nullptr; }
+
+/// The next step can no longer be sent in time.
+void StepStack::pass_deadline(Time now) noexcept {
+  if (plan_ends()) {
+    stop(StackStop::kNone);
+  } else {
+    stop(next_step() != nullptr && !fresh(now) ? StackStop::kStale : StackStop::kMissed);
+  }
+}
+
+bool StepStack::may_commit(Time now, const hal::WalkStatus& status) noexcept {
+  const auto next = static_cast<std::int64_t>(committed_.next_index);
+  if (next > executing_ + kAhead) return false;
+  if (executing_ == kNone) {
+    return next < kAhead && (next > 0 || status.state == hal::WalkState::kStanding);
+  }
+  const Duration remaining = status.phase_remaining - (now - status.stamp);
+  if (next < executing_ + kAhead || remaining < config_.lead + config_.margin) {
+    pass_deadline(now);
+    return false;
+  }
+  return remaining <= config_.commit_from;
+}
+
+std::optional<hal::NumberedStep> StepStack::due(Time now, const hal::WalkStatus& status) noexcept {
+  due_ = false;
+  follow(now, status);
+  if (!begun_ || committed_.stopping || now - status.stamp > config_.status_timeout) return std::nullopt;
+  if (status.state == hal::WalkState::kFault || !may_commit(now, status)) return std::nullopt;
+  const hal::Footstep* step = next_step();
+  if (step == nullptr || !fresh(now)) return std::nullopt;
+  due_ = true;
+  return hal::NumberedStep{committed_.next_index, *step};
+}
+
+void StepStack::sent(Time now) noexcept {
+  const hal::Footstep* step = next_step();
+  if (!due_ || step == nullptr) return;
+  due_ = false;
+  if (committed_.next_index == 0) first_sent_ = now;
+  committed_.stance = committed_.stance.after(*step);
+  committed_.last_foot = step->foot;
+  committed_.newest_frame = plan_.newest_frame;
+  committed_.at_rest = false;
+  landed_[committed_.next_index % kRemembered] = {committed_.stance, step->foot};
+  ++committed_.next_index;
+}
+
+}  // namespace headway::nav

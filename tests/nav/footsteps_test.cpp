@@ -1,0 +1,288 @@
+#include "nav/footsteps.h"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "hal/error.h"
+#include "tests/nav/random_floor.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+using hal::Foot;
+using hal::Stance;
+
+FloorMap hall() { return free_floor(160, 140, 0.05); }
+
+double side(Foot foot) { return foot == Foot::kLeft ? 1 : -1; }
+
+/// Where a robot may stand: parallel, or with one foot landed anywhere within the limits before the other.
+struct Standing {
+  Stance stance;
+  std::optional<Foot> last_foot;
+};
+
+Standing some_standing(Dice& dice, const Pose2& base, const GaitLimits& gait) {
+  Standing s{Stance::parallel(base, gait.feet_apart), std::nullopt};
+  if (dice.whole(0, 3) == 0) return s;
+  const Foot foot = dice.whole(0, 2) == 0 ? Foot::kLeft : Foot::kRight;
+  const Pose2 landing{dice.real(-0.015, gait.forward_on_arc), side(foot) * dice.real(0.182, 0.235),
+                      dice.real(-0.085, 0.085)};
+  s.stance = s.stance.after(hal::quantised({foot, landing, 0, gait.step_duration}));
+  if (dice.whole(0, 3) != 0) s.last_foot = foot;
+  return s;
+}
+
+bool parallel(const Stance& s, double feet_apart) {
+  const Pose2 right = s.left.inverse() * s.right;
+  return std::abs(right.x) < 1e-9 && std::abs(right.y + feet_apart) < 1e-9 && std::abs(right.yaw) < 1e-9;
+}
+
+/// What must hold of any walk.
+void check_walk(const Walk& walk, const Standing& from, const GaitLimits& gait) {
+  ASSERT_EQ(walk.steps.size(), walk.stances.size());
+  ASSERT_EQ(walk.steps.size(), walk.bases.size());
+  Stance stance = from.stance;
+  std::optional<Foot> last = from.last_foot;
+  for (std::size_t i = 0; i < walk.steps.size(); ++i) {
+    const hal::Footstep& step = walk.steps[i];
+    if (last) {
+      ASSERT_NE(step.foot, *last) << "step " << i;
+    }
+    ASSERT_TRUE(within_limits(step, gait))
+        << "step " << i << ": " << step.landing.x << " " << step.landing.y << " " << step.landing.yaw;
+    const hal::Footstep wired = hal::quantised(step);
+    ASSERT_EQ(wired.landing.x, step.landing.x);
+    ASSERT_EQ(wired.landing.y, step.landing.y);
+    ASSERT_EQ(wired.landing.yaw, step.landing.yaw);
+    ASSERT_EQ(wired.duration, step.duration);
+    stance = stance.after(step);
+    last = step.foot;
+    ASSERT_EQ(stance.left.x, walk.stances[i].left.x);
+    ASSERT_EQ(stance.right.y, walk.stances[i].right.y);
+    ASSERT_LT((walk.bases[i].position() - gait_base(stance, last, gait).position()).norm(), 1e-9);
+  }
+  ASSERT_TRUE(parallel(stance, gait.feet_apart));
+}
+
+using Cells = std::set<std::pair<int, int>>;
+
+void add(Cells& cells, const std::vector<Vector2i>& more) {
+  for (const Vector2i& c : more) cells.insert({c.x(), c.y()});
+}
+
+/// All cells that the planner made sure of: the masks of the motions, and the turns at both ends.
+Cells swept(const Path& path, const FloorGrid& grid, const Masks& masks, const BodyOutline& body) {
+  Cells cells;
+  const auto turn = [&](const Vector2d& place, double from, double to) {
+    for (int i = 0; i <= 90; ++i) {
+      const double yaw = from + wrap_angle(to - from) * i / 90;
+      add(cells, body_cells(grid, body, {place.x(), place.y(), yaw}));
+    }
+  };
+  const bool moves = path.states.size() > 1;
+  const double first = moves ? heading_angle(path.states.front().heading) : path.start.yaw;
+  turn(path.start.position(), path.start.yaw, first);
+  for (std::size_t i = 1; i < path.states.size(); ++i) {
+    for (int number = 0; number < kMotions; ++number) {
+      const Motion m{path.states[i - 1].heading, number};
+      const bool it =
+          m.mode() == path.states[i - 1].mode && m.heading_after() == path.states[i].heading &&
+          path.states[i - 1].cell + kCellOf[static_cast<std::size_t>(m.direction())] == path.states[i].cell;
+      if (!it) continue;
+      for (const Mask::Run& run : masks.of(m).runs) {
+        for (int x = run.first; x <= run.last; ++x) {
+          cells.insert({path.states[i - 1].cell.x() + x, path.states[i - 1].cell.y() + run.dy});
+        }
+      }
+    }
+  }
+  const double last = moves ? heading_angle(path.states.back().heading) : path.start.yaw;
+  turn(path.end, last, path.end_yaw.value_or(last));
+  return cells;
+}
+
+/// How much of the clearance is left when the body follows the feet.
+void check_body(const Walk& walk, const Path& path, const FloorGrid& grid, const Masks& masks) {
+  BodyOutline three_centimetres_less;
+  three_centimetres_less.safety_margin -= 0.03;
+  const Cells sure = swept(path, grid, masks, BodyOutline{});
+  Pose2 before = path.start;
+  for (std::size_t i = 0; i < walk.bases.size(); ++i) {
+    const Pose2& after = walk.bases[i];
+    for (const double t : {0.25, 0.5, 0.75, 1.0}) {
+      const Vector2d p = before.position() + t * (after.position() - before.position());
+      const Pose2 between{p.x(), p.y(), before.yaw + t * wrap_angle(after.yaw - before.yaw)};
+      for (const Vector2i& c : body_cells(grid, three_centimetres_less, between)) {
+        ASSERT_TRUE(sure.contains({c.x(), c.y()})) << "step " << i << " of " << walk.bases.size();
+      }
+    }
+    before = after;
+  }
+}
+
+double last_leg(const Path& path) {
+  int cells = 0;
+  for (std::size_t i = path.states.size(); i-- > 1; ++cells) {
+    if (path.states[i].heading != path.states[i - 1].heading || path.states[i].mode == Mode::kSideway) break;
+  }
+  return 0.05 * cells;
+}
+
+TEST(Footsteps, OfAnyPathKeepTheLimitsAndEndParallelAtTheGoal) {
+  Dice dice(7);
+  const GaitLimits gait;
+  int walked = 0;
+  for (int run = 0; run < 150; ++run) {
+    FloorMap map = run % 2 == 0 ? hall() : random_floor(160, 140, 0.05, dice);
+    Planner planner({}, gait, {}, map.grid);
+    const Pose2 place{dice.real(0, 6), dice.real(1, 6.5), dice.real(-4, 4)};
+    const Standing standing = some_standing(dice, place, gait);
+    const Pose2 start = gait_base(standing.stance, standing.last_foot, gait);
+    Goal goal{{dice.real(0, 6), dice.real(1, 6.5)}, std::nullopt, 0.1};
+    if (dice.whole(0, 3) == 0)
+      goal.position = place.position() + Vector2d(dice.real(-.5, .5), dice.real(-.5, .5));
+    if (dice.whole(0, 2) == 0) goal.yaw = dice.real(-4, 4);
+    const auto result = planner.plan(map, start, goal);
+    if (!result) continue;
+    ++walked;
+    const Path& path = result.path;
+    const Walk walk = place_feet(path, standing.stance, standing.last_foot, map.grid, gait);
+    check_walk(walk, standing, gait);
+    if (HasFatalFailure()) FAIL() << "run " << run;
+    check_body(walk, path, map.grid, planner.masks());
+    if (HasFatalFailure()) FAIL() << "run " << run;
+    const Stance end = walk.stances.empty() ? standing.stance : walk.stances.back();
+    const double off = (end.base().position() - path.end).norm();
+    EXPECT_LT(off, path.states.size() == 1 ? 0.075 : last_leg(path) > 0.4 ? 0.01 : 0.04) << "run " << run;
+    if (path.end_yaw) {
+      EXPECT_NEAR(wrap_angle(end.base().yaw - *path.end_yaw), 0, 0.002) << "run " << run;
+    }
+    // No needless steps: what the planner counted, and a few for closing and for corners.
+    const double corners = path.cost.turning / 7.2 + path.cost.mode_changes / 1.6;
+    const double counted = path.cost.walking + path.cost.turning + path.cost.mode_changes;
+    EXPECT_LE(0.8 * static_cast<double>(walk.steps.size()), 1.03 * counted + 0.8 * (5 + 2 * corners))
+        << "run " << run;
+  }
+  EXPECT_GT(walked, 80);
+}
+
+Path straight(const FloorGrid& grid, const Pose2& start, const Vector2d& end, int heading) {
+  Path path;
+  path.start = start;
+  path.end = end;
+  Vector2i cell = grid.cell(start.position());
+  path.states.push_back({cell, heading, Mode::kForward});
+  while (cell != grid.cell(end)) {
+    cell += kCellOf[static_cast<std::size_t>(heading)];
+    path.states.push_back({cell, heading, Mode::kForward});
+  }
+  return path;
+}
+
+TEST(Footsteps, TakeTheFewestStepsStraightOn) {
+  const FloorGrid grid = hall().grid;
+  const GaitLimits gait;
+  const Vector2d from = grid.centre({40, 40}), to = grid.centre({80, 40});
+  const Pose2 start{from.x(), from.y(), 0};
+  const Walk walk =
+      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, grid, gait);
+  EXPECT_EQ(walk.steps.size(), 11u);  // 2 m in ten, and one to close
+  EXPECT_NEAR(walk.stances.back().base().x, to.x(), 1e-3);
+}
+
+TEST(Footsteps, GoOnWithTheOtherFootAsIfNothingHadHappened) {
+  const FloorGrid grid = hall().grid;
+  const GaitLimits gait;
+  const Vector2d from = grid.centre({40, 40}), to = grid.centre({100, 40});
+  const Pose2 start{from.x(), from.y(), 0};
+  const Walk whole =
+      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, grid, gait);
+  for (std::size_t done = 1; done < whole.steps.size(); ++done) {
+    const Stance stance = whole.stances[done - 1];
+    const Foot last = whole.steps[done - 1].foot;
+    const Path rest = straight(grid, gait_base(stance, last, gait), to, 0);
+    const Walk again = place_feet(rest, stance, last, grid, gait);
+    EXPECT_EQ(again.steps.size(), whole.steps.size() - done) << "after " << done;
+  }
+}
+
+TEST(Footsteps, TurnOnTheSpotByFiveDegreesAStep) {
+  const FloorGrid grid = hall().grid;
+  const GaitLimits gait;
+  const Vector2d here = grid.centre({80, 70});
+  for (const double turn : {-3.0, -0.7, 0.5, 1.5, 3.1}) {
+    Path path;
+    path.start = {here.x(), here.y(), 0.2};
+    path.states = {{{80, 70}, 0, Mode::kForward}};
+    path.end = here;
+    path.end_yaw = 0.2 + turn;
+    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, grid, gait);
+    EXPECT_LE(walk.steps.size(), static_cast<std::size_t>(std::ceil(std::abs(turn) / 0.086)) + 2) << turn;
+    EXPECT_NEAR(wrap_angle(walk.stances.back().base().yaw - 0.2 - turn), 0, 0.002);
+    EXPECT_LT((walk.stances.back().base().position() - here).norm(), 0.004);
+    for (const Pose2& b : walk.bases) EXPECT_LT((b.position() - here).norm(), 0.004);
+  }
+}
+
+TEST(Footsteps, BeginSidewaysWithTheOuterFoot) {
+  const FloorGrid grid = hall().grid;
+  const GaitLimits gait;
+  for (const int way : {-1, 1}) {
+    Path path;
+    path.start = {grid.centre({80, 70}).x(), grid.centre({80, 70}).y(), 0};
+    for (int i = 0; i <= 6; ++i) path.states.push_back({{80, 70 + way * i}, 0, Mode::kSideway});
+    path.end = grid.centre({80, 70 + way * 6});
+    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, grid, gait);
+    EXPECT_EQ(walk.steps.size(), 12u);  // two for each 5 cm
+    EXPECT_EQ(walk.steps.front().foot, way > 0 ? Foot::kLeft : Foot::kRight);
+    EXPECT_LT((walk.stances.back().base().position() - path.end).norm(), 1e-3);
+  }
+}
+
+TEST(Footsteps, CloseTheFeetWhereTheyStand) {
+  const GaitLimits gait;
+  EXPECT_TRUE(close_feet(Stance::parallel({1, 2, 3}, gait.feet_apart), {}, gait).steps.empty());
+  Dice dice(2);
+  for (int run = 0; run < 200; ++run) {
+    const Standing standing = some_standing(dice, {1, 2, 3}, gait);
+    const Walk walk = close_feet(standing.stance, standing.last_foot, gait);
+    check_walk(walk, standing, gait);
+    EXPECT_LE(walk.steps.size(), standing.last_foot ? 1u : 1u) << "run " << run;
+  }
+}
+
+TEST(GaitLimits, RefuseWhatNoRobotCouldDo) {
+  GaitLimits{}.validate();
+  const auto message = [](const GaitLimits& g) {
+    try {
+      g.validate();
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  GaitLimits crossing, rushing;
+  crossing.inward = 0.1;
+  EXPECT_NE(message(crossing).find("inward"), std::string::npos);
+  rushing.step_duration = seconds(0.05);
+  EXPECT_NE(message(rushing).find("step_duration"), std::string::npos);
+}
+
+TEST(GaitLimits, NeverTurnMoreThanTheyMayOnTheWire) {
+  const GaitLimits gait;
+  EXPECT_NEAR(gait.yaw_on_the_wire(), 0.086, 1e-12);
+  EXPECT_NEAR(gait.turn_seconds(std::numbers::pi / 4), 7.2, 1e-9);
+  EXPECT_NEAR(gait.forward_seconds(1), 4, 1e-9);
+  EXPECT_NEAR(gait.sideway_seconds(0.05), 1.6, 1e-9);
+}
+
+}  // namespace
+}  // namespace headway::nav
