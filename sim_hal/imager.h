@@ -7,7 +7,7 @@ namespace headway::sim {
 struct Imager {
   double noise_sigma = 1.5;  ///< of each pixel, grey levels
   double vignetting = 0.15;  ///< share of light lost in the corners
-  double exposure = 1.0;     ///< gain
+  double exposure = 1.2;     ///< gain
 };
 
 }  // namespace headway::sim

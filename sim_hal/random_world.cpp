@@ -27,10 +27,10 @@ class Dice {
 };
 
 void add_textures(World& world) {
-  world.textures = {{.name = "floor", .brightness = 0.45, .grain = 0.006},
-                    {.name = "wall", .brightness = 0.6, .grain = 0.008},
-                    {.name = "wood", .brightness = 0.5, .grain = 0.005},
-                    {.name = "card", .brightness = 0.65, .grain = 0.004}};
+  world.textures = {{.name = "floor", .brightness = 0.42, .contrast = 0.55, .grain = 0.006, .octaves = 5},
+                    {.name = "wall", .brightness = 0.6, .contrast = 0.4, .grain = 0.006, .octaves = 5},
+                    {.name = "wood", .brightness = 0.5, .contrast = 0.55, .grain = 0.005, .octaves = 4},
+                    {.name = "card", .brightness = 0.65, .contrast = 0.5, .grain = 0.005, .octaves = 4}};
 }
 
 // One try at a room; the next one has other dice.

@@ -23,7 +23,7 @@ struct Texture {
   double contrast =
       0.8;               ///< noise: about two standard deviations over the mean; checker: the full step. 0..1
   double grain = 0.006;  ///< noise: size of the finest grain; checker: edge of a field [m]
-  int octaves = 6;       ///< noise: grains of grain, 2 grain, 4 grain ... m
+  int octaves = 5;       ///< noise: grains of grain, 2 grain, 4 grain ... m
 };
 
 /// A thing that stands still.

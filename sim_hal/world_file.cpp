@@ -209,9 +209,17 @@ class Reader {
   }
 
   void check() const {
-    if (world_.things.size() + world_.moving.size() > kMostThings)
-      file_.fail("", fmt::format("holds {} solids, expected at most {}",
-                                 world_.things.size() + world_.moving.size(), kMostThings));
+    const std::size_t solids = world_.things.size() + world_.moving.size();
+    if (solids > kMostThings)
+      file_.fail("", fmt::format("holds {} solids, expected at most {}", solids, kMostThings));
+    const Vector2d start = world_.start.position();
+    if (((start - world_.floor.centre).cwiseAbs() - world_.floor.size / 2).maxCoeff() >= 0)
+      file_.fail("start",
+                 fmt::format("[{}, {}] lies off the floor, expected a place on it", start.x(), start.y()));
+    for (const Solid& s : world_.solids())
+      if (floor_distance(s, Solid::cylinder({start.x(), start.y(), 0}, 0.01, 2)) == 0 && s.bottom < 2)
+        file_.fail("start",
+                   fmt::format("[{}, {}] lies in an obstacle, expected free floor", start.x(), start.y()));
   }
 
   const Section& file_;
