@@ -116,7 +116,8 @@ void Integrator::Scratch::mark_points(const VoxelMap& map, const Eigen::Isometry
   const double per_metre = 1 / map.resolution();
   const Eigen::Matrix3f turn = (map_from_camera.linear() * per_metre).cast<float>();
   const Eigen::Vector3f origin = ((map_from_camera.translation() - map.lowest()) * per_metre).cast<float>();
-  const auto resolution = static_cast<float>(map.resolution());
+  const auto step = static_cast<float>(map.resolution() / 2);
+  constexpr float kMostSteps = 1000;  // a sigma beyond all measure must not stall the view
   const auto free_sigmas = static_cast<float>(config.free_sigmas),
              hit_sigmas = static_cast<float>(config.hit_sigmas);
   for (int y = 0; y < image.height(); ++y) {
@@ -127,12 +128,15 @@ void Integrator::Scratch::mark_points(const VoxelMap& map, const Eigen::Isometry
           turn * Eigen::Vector3f((static_cast<float>(x) - image.cx()) / image.focal(),
                                  (static_cast<float>(y) - image.cy()) / image.focal(), 1);
       const float z = 1 / w;
+      if (z > image.farthest()) continue;
       marks.mark(origin + z * ray, VoxelMarks::kHit);
       if (!image.at_edge(x, y)) continue;
       const float sigma = image.inverse_sigma(x, y) * z * z;
-      const float end = z + hit_sigmas * sigma;
-      for (float t = std::max(0.0F, z - free_sigmas * sigma); t <= end; t += resolution / 2) {
-        marks.mark(origin + t * ray, VoxelMarks::kKeep);
+      const float begin = std::max(0.0F, z - free_sigmas * sigma);
+      const float end = std::min(z + hit_sigmas * sigma, image.farthest());
+      const int steps = static_cast<int>(std::min((end - begin) / step, kMostSteps));
+      for (int k = 0; k <= steps; ++k) {
+        marks.mark(origin + (begin + static_cast<float>(k) * step) * ray, VoxelMarks::kKeep);
       }
     }
   }
@@ -144,7 +148,7 @@ Place Integrator::Scratch::place(const VoxelMap& map, const Projection& projecti
   const Eigen::Vector3d centre =
       map.lowest() + ((brick * kEdge).cast<double>().array() + kEdge / 2.0).matrix() * map.resolution();
   const Eigen::Vector3f c = (projection.camera_from_map * centre).cast<float>();
-  const Eigen::Vector3f reach = projection.extent.rowwise().sum() * (kEdge - 1) / 2.0F;
+  const Eigen::Vector3f reach = projection.extent.rowwise().sum() * kEdge / 2.0F;
   const float z0 = c.z() - reach.z(), z1 = c.z() + reach.z();
   if (z1 < near) return Place::kOutside;
   if (z0 > image.farthest()) return Place::kBehind;
@@ -165,14 +169,16 @@ Place Integrator::Scratch::place(const VoxelMap& map, const Projection& projecti
                                           cell(u1, image.width()), cell(v1, image.height()));
   if (z0 > bounds.back) return Place::kBehind;
   const bool whole = u0 >= -0.5F && v0 >= -0.5F && u1 < image.end_u() && v1 < image.end_v();
-  return whole && !marked && z1 < bounds.free ? Place::kEmpty : Place::kMixed;
+  return whole && !marked && z1 <= image.farthest() && z1 < bounds.free ? Place::kEmpty : Place::kMixed;
 }
 
-// Projects each voxel's centre into the image and compares it with the plane seen there.
+// Projects each voxel's centre into the image and compares it with the plane seen there. A voxel that may
+// reach over the image's border says nothing: what stands in its other part is not seen.
 void Integrator::Scratch::see_voxels(const Eigen::Vector3f& first, const Projection& projection, float near) {
   const float focal = image.focal(), cx = image.cx(), cy = image.cy();
   const float end_u = image.end_u(), end_v = image.end_v(), far = image.farthest();
-  std::array<float, kEdge> px, py, pz, pu, pv;
+  const float half_edge = projection.dx.norm() / 2;
+  std::array<float, kEdge> px, py, pz, pu, pv, inset;
   for (int row = 0; row < kEdge * kEdge; ++row) {
     const Eigen::Vector3f start =
         first + static_cast<float>(row & 7) * projection.dy + static_cast<float>(row >> 3) * projection.dz;
@@ -184,12 +190,13 @@ void Integrator::Scratch::see_voxels(const Eigen::Vector3f& first, const Project
       const float scale = focal / pz[i];
       pu[i] = px[i] * scale + cx;
       pv[i] = py[i] * scale + cy;
+      inset[i] = half_edge * scale - 0.5F;
     }
     std::int8_t* evidence_row = evidence.of.data() + row * kEdge;
     for (std::size_t i = 0; i < kEdge; ++i) {
       evidence_row[i] = 0;
-      const bool in_view =
-          pz[i] >= near && pz[i] <= far && pu[i] >= -0.5F && pv[i] >= -0.5F && pu[i] < end_u && pv[i] < end_v;
+      const bool in_view = pz[i] >= near && pz[i] <= far && pu[i] >= inset[i] && pv[i] >= inset[i] &&
+                           pu[i] < end_u - inset[i] - 0.5F && pv[i] < end_v - inset[i] - 0.5F;
       if (!in_view) continue;
       const RangeSample& s = image.at(static_cast<int>(pu[i] + 0.5F), static_cast<int>(pv[i] + 0.5F));
       const float r = s.nx * px[i] + s.ny * py[i] + s.nz * pz[i];

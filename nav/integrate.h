@@ -66,9 +66,10 @@ class Integrator {
   Integrator(Integrator&&) noexcept;
   Integrator& operator=(Integrator&&) noexcept;
 
-  /// `view` as seen from `map_from_camera` (optical frame) at `stamp`. Pixels that are NaN, not within the
-  /// view's near and far, on the robot itself, or outliers leave their voxels untouched, as does all behind a
-  /// surface.
+  /// `view` as seen from `map_from_camera` (optical frame) at `stamp`. Untouched stay the voxels behind a
+  /// surface, those nearer than the view's near or farther than its far, and those of pixels that are NaN, on
+  /// the robot itself, or outliers. Throws Error when the view's images do not have the camera's size or the
+  /// pose is not finite.
   IntegrationStats integrate(VoxelMap& map, const vision::RangeView& view,
                              const Eigen::Isometry3d& map_from_camera, Time stamp,
                              const Eigen::Isometry3d& map_from_body = Eigen::Isometry3d::Identity());

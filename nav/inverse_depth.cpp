@@ -39,14 +39,14 @@ Sample near_cluster(const std::array<Sample, 4>& block, float resolution) {
 
 void invert(const vision::RangeView& view, InverseDepthImage& out) {
   out.reset(view.camera.width, view.camera.height);
-  const auto near = static_cast<float>(view.near), far = static_cast<float>(view.far);
+  const auto near = static_cast<float>(view.near);
   for (int v = 0; v < out.height; ++v) {
     const float* depth = view.depth.data() + view.index(0, v);
     const float* sigma = view.sigma_depth.data() + view.index(0, v);
     float* w = out.w.data() + out.index(0, v);
     float* s = out.sigma.data() + out.index(0, v);
     for (int u = 0; u < out.width; ++u) {
-      const bool known = depth[u] >= near && depth[u] <= far && sigma[u] >= 0;
+      const bool known = depth[u] >= near && sigma[u] >= 0;
       const float inverse = 1 / (known ? depth[u] : 1.0F);
       w[u] = known ? inverse : 0.0F;
       s[u] = known ? sigma[u] * inverse * inverse : 0.0F;

@@ -39,7 +39,7 @@ inline float same_surface(float w, float sigma, float resolution) {
   return std::max(4 * sigma, resolution * w * w);
 }
 
-/// The pixels of a view that lie within its near and far.
+/// The pixels of a view; none nearer than its near.
 void invert(const vision::RangeView& view, InverseDepthImage& out);
 
 /// Halves an image: of each 2x2 block the mean of the nearest two or more that lie on one surface, so that

@@ -39,6 +39,7 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   for (int y = 0; y < image_.height; ++y) {
     for (int x = 0; x < image_.width; ++x) describe(x, y, config, static_cast<float>(resolution), rotation);
   }
+  farthest_ = std::min(farthest_, static_cast<float>(view.far));
 }
 
 void RangeSamples::reduce(const vision::RangeView& view, double resolution) {

@@ -52,7 +52,7 @@ class RangeSamples {
 
   /// Over samples x0..x1, y0..y1 (inclusive, of the image), or somewhat more.
   DepthBounds bounds(int x0, int y0, int x1, int y1) const;
-  /// No voxel farther than this [m] is on or before a surface.
+  /// Nothing is said about voxels farther than this [m]: the view's far, or behind all surfaces.
   float farthest() const { return farthest_; }
 
   std::size_t used() const { return used_; }

@@ -1,5 +1,6 @@
 #include "synthetic_room.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -121,8 +122,8 @@ vision::RangeView look(const SyntheticRoom& room, const vision::PinholeCamera& c
     for (int u = 0; u < camera.width; ++u) {
       const std::size_t i = view.index(u, v);
       const Eigen::Vector3d ray = map_from_camera.linear() * camera.point(u, v, 1);
-      double w =
-          1 / room.cast(map_from_camera.translation(), ray) + noise.disparity_sigma * per_pixel * errors[i];
+      const double error = noise.disparity_sigma * std::clamp(errors[i], -noise.largest, noise.largest);
+      double w = 1 / room.cast(map_from_camera.translation(), ray) + per_pixel * error;
       if (uniform(random) < noise.outliers) w = 1 / far + uniform(random) * (1 / near - 1 / far);
       const double z = w > 0 ? 1 / w : kInfinity;
       const bool known = z >= near && z <= far;

@@ -32,6 +32,7 @@ struct SyntheticRoom {
 struct Noise {
   double disparity_sigma = 0;  ///< [px]
   int correlation = 1;         ///< [px] noise is the same within about so many pixels
+  double largest = 10;         ///< noise is cut off at so many sigma
   double outliers = 0;         ///< share of pixels with any depth within the range
   std::uint64_t seed = 1;
 };

@@ -1,0 +1,495 @@
+#include "nav/integrate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "hal/error.h"
+#include "map_score.h"
+#include "nav/floor_map.h"
+#include "synthetic_room.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Isometry3d, Eigen::Vector3d;
+using Index = VoxelMap::Index;
+
+constexpr double kDegree = 0.017453292519943295;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+VoxelMap room_map(double resolution = 0.05) {
+  VoxelMapConfig config;
+  config.resolution = resolution;
+  config.lowest = {-2.8, -2.8, -0.4};
+  config.highest = {2.8, 2.8, 2.8};
+  return VoxelMap(config);
+}
+
+vision::PinholeCamera narrow_camera() { return camera_of(170, 240, 33 * kDegree); }
+
+/// Nine or more directions of gaze from about the middle of the room.
+std::vector<Isometry3d> looks_around() {
+  std::vector<Isometry3d> poses;
+  for (const double down : {-0.26, 0.17, 0.6}) {
+    for (double yaw = -1.65; yaw < 1.7; yaw += 0.55)
+      poses.push_back(camera_pose({-1.2, 0.1 * yaw, 1.37}, yaw, down));
+  }
+  return poses;
+}
+
+/// Two passes over all poses.
+VoxelMap mapped(const SyntheticRoom& room, const vision::PinholeCamera& camera,
+                const std::vector<Isometry3d>& poses, Noise noise, double sigma) {
+  VoxelMap map = room_map();
+  Integrator integrator;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (const Isometry3d& pose : poses) {
+      integrator.integrate(map, look(room, camera, pose, noise, sigma), pose,
+                           at_seconds(static_cast<double>(noise.seed)));
+      ++noise.seed;
+    }
+  }
+  return map;
+}
+
+bool same_bytes(const VoxelMap& a, const VoxelMap& b) {
+  for (std::size_t brick = 0; brick < a.brick_count(); ++brick) {
+    if (!std::ranges::equal(a.values(brick), b.values(brick))) return false;
+    if (a.summary(brick).changed != b.summary(brick).changed) return false;
+  }
+  return true;
+}
+
+template <class Visit>
+void for_each_known(const VoxelMap& map, Visit visit) {
+  for (int z = 0; z < map.size().z(); ++z) {
+    for (int y = 0; y < map.size().y(); ++y) {
+      for (int x = 0; x < map.size().x(); ++x) {
+        if (map.at({x, y, z}) != Voxel::kUnseen) visit(Index(x, y, z));
+      }
+    }
+  }
+}
+
+// A random view of a room with random boxes, at ranges that reduce the image by 1, 2 or 4; its errors stay
+// within three sigma.
+struct Scenario {
+  SyntheticRoom room;
+  VoxelMap map;
+  Isometry3d pose;
+  vision::RangeView view;
+};
+
+double between(double lowest, double highest) {
+  return lowest + (highest - lowest) * *rc::gen::inRange(0, 1 << 20) / static_cast<double>(1 << 20);
+}
+
+Scenario any_scenario() {
+  SyntheticRoom room;
+  const int boxes = *rc::gen::inRange(0, 5);
+  for (int b = 0; b < boxes; ++b) {
+    const Vector3d corner(between(-2.5, 2), between(-2.3, 2), between(0, 2));
+    room.solids.push_back(
+        {corner, corner + Vector3d(between(0.02, 0.8), between(0.02, 0.8), between(0.02, 1.5))});
+  }
+  Vector3d eye(0, 0, 1.3);
+  do {
+    eye = {between(-2.4, 2.4), between(-2.2, 2.2), between(0.3, 2.2)};
+  } while (room.clearance(eye) < 0.1);
+  const Isometry3d pose = camera_pose(eye, between(-3.1, 3.1), between(-0.7, 0.9)) *
+                          Eigen::AngleAxisd(between(-0.3, 0.3), Vector3d::UnitZ());
+  const double far = *rc::gen::element(2.5, 5.0);
+  const double sigma = *rc::gen::element(0.1, 0.3);
+  Noise noise;
+  noise.disparity_sigma = *rc::gen::element(0.0, sigma);
+  noise.largest = 2.9;
+  noise.correlation = *rc::gen::inRange(1, 5);
+  noise.seed = *rc::gen::arbitrary<std::uint64_t>();
+  return {room, room_map(*rc::gen::element(0.05, 0.04)), pose,
+          look(room, camera_of(120, 160, 33 * kDegree), pose, noise, sigma, 0.5, far)};
+}
+
+/// The pixels that a voxel may project to, widened by `margin`; nothing when it reaches behind the camera.
+struct Footprint {
+  int u0 = 0, v0 = 0, u1 = -1, v1 = -1;
+  double nearest = 0;
+  bool whole = false;  ///< before the camera
+};
+
+Footprint footprint(const Scenario& s, const Index& i, int margin) {
+  const auto& camera = s.view.camera;
+  const Isometry3d camera_from_map = s.pose.inverse();
+  double u0 = 1e9, v0 = 1e9, u1 = -1e9, v1 = -1e9, nearest = 1e9;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d offset((corner & 1) - 0.5, (corner >> 1 & 1) - 0.5, (corner >> 2 & 1) - 0.5);
+    const Vector3d c = camera_from_map * (s.map.centre(i) + offset * s.map.resolution());
+    if (c.z() <= 0.05) return {};
+    const double u = camera.focal * c.x() / c.z() + camera.cx, v = camera.focal * c.y() / c.z() + camera.cy;
+    u0 = std::min(u0, u), u1 = std::max(u1, u), v0 = std::min(v0, v), v1 = std::max(v1, v);
+    nearest = std::min(nearest, c.z());
+  }
+  const auto clamped = [](double x, int size) { return static_cast<int>(std::clamp(x, 0.0, size - 1.0)); };
+  return {clamped(u0 - margin, camera.width),
+          clamped(v0 - margin, camera.height),
+          clamped(u1 + margin, camera.width),
+          clamped(v1 + margin, camera.height),
+          nearest,
+          true};
+}
+
+RC_GTEST_PROP(Integrate, ChangesNoVoxelFartherThanRangePlusThreeSigmaPlusAVoxel, ()) {
+  Scenario s = any_scenario();
+  integrate(s.map, s.view, s.pose, at_seconds(1));
+  for_each_known(s.map, [&](const Index& i) {
+    const Footprint f = footprint(s, i, 8);
+    RC_ASSERT(f.whole);
+    double reach = 0;
+    for (int v = f.v0; v <= f.v1; ++v) {
+      for (int u = f.u0; u <= f.u1; ++u) {
+        const double z = static_cast<double>(s.view.depth[s.view.index(u, v)]);
+        const double sigma = static_cast<double>(s.view.sigma_depth[s.view.index(u, v)]);
+        if (z > 0) reach = std::max(reach, z + 3 * sigma + s.map.resolution());
+      }
+    }
+    RC_ASSERT(f.nearest <= reach);
+    RC_ASSERT(f.nearest <= s.view.far);
+  });
+}
+
+RC_GTEST_PROP(Integrate, LeavesWhatPixelsWithoutDepthWouldShow, ()) {
+  Scenario s = any_scenario();
+  const int u0 = *rc::gen::inRange(0, 100), v0 = *rc::gen::inRange(0, 140);
+  const int u1 = *rc::gen::inRange(u0, 120), v1 = *rc::gen::inRange(v0, 160);
+  for (int v = v0; v <= v1; ++v) {
+    for (int u = u0; u <= u1; ++u)
+      s.view.depth[s.view.index(u, v)] = s.view.sigma_depth[s.view.index(u, v)] = kNan;
+  }
+  integrate(s.map, s.view, s.pose, at_seconds(1));
+  for_each_known(s.map, [&](const Index& i) {
+    const Footprint f = footprint(s, i, 4);
+    RC_ASSERT(f.u0 < u0 || f.u1 > u1 || f.v0 < v0 || f.v1 > v1);
+  });
+}
+
+RC_GTEST_PROP(Integrate, EmptiesNothingThatIsSolid, ()) {
+  Scenario s = any_scenario();
+  integrate(s.map, s.view, s.pose, at_seconds(1));
+  for_each_known(s.map, [&](const Index& i) {
+    if (s.map.at(i) == Voxel::kEmpty)
+      RC_ASSERT(s.room.clearance(s.map.centre(i)) > -1.001 * s.map.resolution());
+  });
+}
+
+RC_GTEST_PROP(Integrate, GivesTheSameBytesForTheSameViewsWhateverCameBeforeInItsMemory, ()) {
+  const Scenario a = any_scenario(), b = any_scenario();
+  VoxelMap once = room_map(), again = room_map();
+  integrate(once, a.view, a.pose, at_seconds(1));
+  integrate(once, b.view, b.pose, at_seconds(2));
+  Integrator used;
+  VoxelMap other = room_map(0.1);
+  used.integrate(other, b.view, b.pose, at_seconds(0));
+  used.integrate(again, a.view, a.pose, at_seconds(1));
+  used.integrate(again, b.view, b.pose, at_seconds(2));
+  RC_ASSERT(same_bytes(once, again));
+}
+
+RC_GTEST_PROP(Integrate, CountsWhatItDid, ()) {
+  Scenario s = any_scenario();
+  const IntegrationStats stats = integrate(s.map, s.view, s.pose, at_seconds(1));
+  std::size_t occupied = 0, empty = 0, bricks = 0;
+  for_each_known(s.map, [&](const Index& i) { (s.map.at(i) == Voxel::kOccupied ? occupied : empty) += 1; });
+  for (std::size_t b = 0; b < s.map.brick_count(); ++b) bricks += s.map.summary(b).changed == at_seconds(1);
+  RC_ASSERT(stats.hits == occupied);
+  RC_ASSERT(stats.misses == empty);
+  RC_ASSERT(stats.first_seen == occupied + empty);
+  RC_ASSERT(stats.bricks_changed == bricks);
+}
+
+TEST(Integrate, MapsARoomFromExactViews) {
+  const auto room = SyntheticRoom::furnished();
+  const MapScore s =
+      score(mapped(room, narrow_camera(), looks_around(), {}, 0.05), room, narrow_camera(), looks_around());
+  EXPECT_GE(s.surface_occupied, 0.99);
+  EXPECT_EQ(s.surface_emptied, 0);
+  EXPECT_GE(s.air_empty, 0.98);
+  EXPECT_EQ(s.air_occupied, 0);
+  EXPECT_EQ(s.solid_emptied, 0);
+  EXPECT_EQ(s.pole_occupied, 1);
+}
+
+TEST(Integrate, MapsARoomThroughCorrelatedNoiseAndGrossOutliers) {
+  const auto room = SyntheticRoom::furnished();
+  for (const int correlation : {1, 2, 4}) {
+    const Noise noise{.disparity_sigma = 0.15, .correlation = correlation, .outliers = 0.005, .seed = 100};
+    const MapScore s = score(mapped(room, narrow_camera(), looks_around(), noise, 0.15), room,
+                             narrow_camera(), looks_around());
+    EXPECT_GE(s.surface_occupied, 0.985) << "noise over " << correlation << " px";
+    EXPECT_LE(s.surface_emptied, 0.0005);
+    EXPECT_GE(s.air_empty, 0.90);
+    EXPECT_LE(s.air_occupied, 0.01) << "more than 10 cm from all surfaces";
+    EXPECT_EQ(s.solid_emptied, 0);
+    EXPECT_GE(s.pole_occupied, 0.99);
+  }
+}
+
+TEST(Integrate, PunchesNoHolesIntoWallsWhenSigmaIsFarWiderThanAVoxel) {
+  const auto room = SyntheticRoom::furnished();
+  const Noise noise{.disparity_sigma = 0.6, .correlation = 2, .outliers = 0, .seed = 7};  // 24 cm at 4 m
+  const MapScore s =
+      score(mapped(room, narrow_camera(), looks_around(), noise, 0.6), room, narrow_camera(), looks_around());
+  EXPECT_LE(s.surface_emptied, 0.001);
+  EXPECT_GE(s.surface_occupied, 0.97);
+  EXPECT_EQ(s.solid_emptied, 0);
+}
+
+/// A wall across the view at depth `z`, seen from (0, 0, 1) along x.
+struct WallView {
+  Isometry3d pose = camera_pose({0, 0, 1}, 0, 0);
+  vision::RangeView view;
+  explicit WallView(double z, double sigma = 0.01) {
+    view.camera = narrow_camera();
+    view.near = 0.5;
+    view.far = 5;
+    const auto pixels = static_cast<std::size_t>(view.camera.width * view.camera.height);
+    view.depth.assign(pixels, static_cast<float>(z));
+    view.sigma_depth.assign(pixels, static_cast<float>(sigma));
+  }
+  /// Depth `z` in the pixels u0..u1, v0..v1.
+  void put(int u0, int v0, int u1, int v1, float z) {
+    for (int v = v0; v <= v1; ++v) {
+      for (int u = u0; u <= u1; ++u) view.depth[view.index(u, v)] = z;
+    }
+  }
+};
+
+TEST(Integrate, SaysWhatIsKnownAlongOneRay) {
+  VoxelMap map = room_map();
+  const WallView wall(2.02);
+  integrate(map, wall.view, wall.pose, at_seconds(1));
+  for (double x = 0.025; x < 2.7; x += 0.05) {
+    const Voxel seen = map.at_point({x, 0.025, 1.025});
+    if (x < 0.5) {
+      EXPECT_EQ(seen, Voxel::kUnseen) << x << ": nearer than the sensor can measure";
+    }
+    if (x > 0.5 && x < 1.96) {
+      EXPECT_EQ(seen, Voxel::kEmpty) << x;
+    }
+    if (x > 2.0 && x < 2.05) {
+      EXPECT_EQ(seen, Voxel::kOccupied) << x;
+    }
+    if (x > 2.06) {
+      EXPECT_EQ(seen, Voxel::kUnseen) << x << ": behind the wall";
+    }
+  }
+}
+
+TEST(Integrate, KeepsThreeSigmaInFrontOfASurfaceFromBeingEmptied) {
+  VoxelMap map = room_map();
+  const WallView wall(2.02, 0.1);
+  integrate(map, wall.view, wall.pose, at_seconds(1));
+  EXPECT_EQ(map.at_point({1.675, 0.025, 1.025}), Voxel::kEmpty);
+  EXPECT_EQ(map.at_point({1.725, 0.025, 1.025}), Voxel::kUnseen);
+}
+
+TEST(Integrate, SpreadsHitsMoreThinlyTheWiderSigmaIs) {
+  const auto hit = [](double sigma) {
+    VoxelMap map = room_map();
+    const WallView wall(2.02, sigma);
+    integrate(map, wall.view, wall.pose, at_seconds(1));
+    return std::pair(map.value(map.index({2.025, 0.025, 1.025})),
+                     map.value(map.index({2.125, 0.025, 1.025})));
+  };
+  EXPECT_EQ(hit(0).first, log_odds::kHit);
+  EXPECT_EQ(hit(0).second, log_odds::kUnseen);
+  EXPECT_GE(hit(0.4).first, log_odds::kHit / 2) << "the measured point's own voxel";
+  EXPECT_GT(hit(0.4).second, 0);
+  EXPECT_LT(hit(0.4).second, log_odds::kHit / 3);
+}
+
+TEST(Integrate, TakesARangeBeyondFarAsEmptyUpToFarAndNoFarther) {
+  VoxelMapConfig config;
+  config.lowest = {-1, -1, 0};
+  config.highest = {9, 1, 2};
+  VoxelMap map(config);
+  const WallView wall(7.0);
+  integrate(map, wall.view, wall.pose, at_seconds(1));
+  EXPECT_EQ(map.at_point({4.975, 0.025, 1.025}), Voxel::kEmpty);
+  for_each_known(map, [&](const Index& i) {
+    EXPECT_LT(map.centre(i).x(), 5);
+    EXPECT_EQ(map.at(i), Voxel::kEmpty);
+  });
+}
+
+TEST(Integrate, SaysNothingWhereNothingIsMeasuredOrNearerThanNear) {
+  for (const float depth : {kNan, 0.3F, 0.0F, -1.0F, std::numeric_limits<float>::infinity()}) {
+    VoxelMap map = room_map();
+    WallView wall(1);
+    wall.put(0, 0, wall.view.camera.width - 1, wall.view.camera.height - 1, depth);
+    const IntegrationStats stats = integrate(map, wall.view, wall.pose, at_seconds(1));
+    EXPECT_EQ(stats.samples, 0U) << depth;
+    for_each_known(map, [&](const Index&) { ADD_FAILURE() << depth; });
+  }
+}
+
+TEST(Integrate, SeesAPoleThinnerThanAVoxelInEveryView) {
+  VoxelMap map = room_map();
+  Integrator integrator;
+  for (int frame = 0; frame < 20; ++frame) {
+    WallView wall(2.5, 0.02);
+    wall.put(80, 0, 82, 239, 1.5F + 0.01F * static_cast<float>(frame % 3));  // 1.6 cm wide
+    integrator.integrate(map, wall.view, wall.pose, at_seconds(frame));
+  }
+  for (double z = 0.45; z < 1.6; z += 0.05) {
+    bool there = false;
+    for (double y = -0.05; y <= 0.1; y += 0.05) there |= map.at_point({1.525, y, z}) == Voxel::kOccupied;
+    EXPECT_TRUE(there) << z;
+  }
+}
+
+TEST(Integrate, LetsAnOutlierLeaveNoTrace) {
+  VoxelMap map = room_map();
+  WallView wall(2.02);
+  wall.put(80, 100, 80, 100, 1.2F);
+  wall.put(30, 30, 31, 31, 1.2F);  // two by two pixels
+  integrate(map, wall.view, wall.pose, at_seconds(1));
+  for_each_known(map, [&](const Index& i) {
+    if (map.at(i) == Voxel::kOccupied) {
+      EXPECT_GT(map.centre(i).x(), 1.95);
+    }
+  });
+}
+
+TEST(Integrate, FreesWhatHasGoneWithinNineViewsAndNotAfterOne) {
+  VoxelMap map = room_map();
+  Integrator integrator;
+  WallView with_box(2.5);
+  with_box.put(60, 80, 110, 160, 1.52F);
+  for (int frame = 0; frame < 10; ++frame)
+    integrator.integrate(map, with_box.view, with_box.pose, at_seconds(frame));
+  const Vector3d front(1.525, 0.025, 1.025);
+  ASSERT_EQ(map.at_point(front), Voxel::kOccupied);
+  const WallView without(2.5);
+  int views = 0;
+  while (map.at_point(front) == Voxel::kOccupied && views < 50) {
+    integrator.integrate(map, without.view, without.pose, at_seconds(10 + views));
+    ++views;
+  }
+  EXPECT_EQ(views, 9);
+  int views_back = 0;
+  for (int k = 0; k < 10; ++k) integrator.integrate(map, without.view, without.pose, at_seconds(100 + k));
+  while (map.at_point(front) != Voxel::kOccupied && views_back < 50) {
+    integrator.integrate(map, with_box.view, with_box.pose, at_seconds(200 + views_back));
+    ++views_back;
+  }
+  EXPECT_GE(views_back, 2) << "one view must not put an obstacle where it was long empty";
+  EXPECT_LE(views_back, 4);
+}
+
+TEST(Integrate, ForgetsAGhostSeenOnceWithinThreeViews) {
+  VoxelMap map = room_map();
+  WallView ghost(2.5);
+  ghost.put(60, 80, 110, 160, 1.52F);
+  integrate(map, ghost.view, ghost.pose, at_seconds(0));
+  const WallView without(2.5);
+  for (int frame = 1; frame <= 3; ++frame) integrate(map, without.view, without.pose, at_seconds(frame));
+  EXPECT_EQ(map.at_point({1.525, 0.025, 1.025}), Voxel::kEmpty);
+}
+
+TEST(Integrate, DoesNotMapTheRobotsOwnBody) {
+  WallView arm(2.02);
+  arm.put(0, 150, 169, 239, 0.9F);
+  IntegrationConfig config;
+  config.own_body = {{{0.4, -0.6, -0.6}, {1.1, 0.6, -0.1}}};
+  const Isometry3d map_from_body(Eigen::Translation3d(0, 0, 1));
+  VoxelMap map = room_map(), naive = room_map();
+  const IntegrationStats stats =
+      Integrator(config).integrate(map, arm.view, arm.pose, at_seconds(1), map_from_body);
+  integrate(naive, arm.view, arm.pose, at_seconds(1));
+  const Vector3d on_arm(0.925, 0.025, 0.775);
+  EXPECT_EQ(naive.at_point(on_arm), Voxel::kOccupied);
+  EXPECT_EQ(map.at_point(on_arm), Voxel::kUnseen);
+  EXPECT_EQ(map.at_point({2.025, 0.025, 1.175}), Voxel::kOccupied) << "the wall beside it is still seen";
+  EXPECT_GT(stats.rejected, 1000U);
+}
+
+TEST(Integrate, StampsTheFloorWhereItWasSeenAndOnlyThere) {
+  const SyntheticRoom room = SyntheticRoom::furnished();
+  VoxelMap map = room_map();
+  const Isometry3d down = camera_pose({-1.5, 0, 1.4}, 0, 40 * kDegree);
+  integrate(map, look(room, narrow_camera(), down), down, at_seconds(5));
+  const auto seen_at = [&](double x, double y) {
+    const Index i = map.index({x, y, 0});
+    return map.floor_seen_at(i.x(), i.y());
+  };
+  EXPECT_EQ(seen_at(0, 0), at_seconds(5));
+  EXPECT_EQ(seen_at(-1.5, 0), kNever) << "below the camera";
+  EXPECT_EQ(seen_at(0, 1.5), kNever) << "beside the field";
+
+  VoxelMap wall_map = room_map();
+  const WallView wall(2.02);  // the view ends 5 cm above the floor at the wall
+  integrate(wall_map, wall.view, wall.pose, at_seconds(6));
+  const Index at_wall = wall_map.index({2.025, 0.025, 0}), before = wall_map.index({1.525, 0.025, 0});
+  EXPECT_EQ(wall_map.floor_seen_at(at_wall.x(), at_wall.y()), at_seconds(6)) << "an obstacle stands there";
+  EXPECT_EQ(wall_map.floor_seen_at(before.x(), before.y()), kNever) << "only the air above was seen";
+}
+
+TEST(Integrate, BlocksNoFreeFloorByOutliers) {
+  const SyntheticRoom room;
+  VoxelMap map = room_map();
+  Integrator integrator;
+  const Noise noise{.disparity_sigma = 0.15, .correlation = 2, .outliers = 0.005, .seed = 1};
+  std::vector<Isometry3d> poses;
+  for (double yaw = -0.4; yaw < 0.5; yaw += 0.1)
+    poses.push_back(camera_pose({-2, 0, 1.4}, yaw, 35 * kDegree));
+  for (std::size_t k = 0; k < 3 * poses.size(); ++k) {
+    Noise now = noise;
+    now.seed = k;
+    const Isometry3d& pose = poses[k % poses.size()];
+    integrator.integrate(map, look(room, narrow_camera(), pose, now, 0.15), pose,
+                         at_seconds(static_cast<double>(k)));
+  }
+  const FloorMap floor = floor_map(map);
+  int free = 0, blocked = 0;
+  for (int y = 0; y < floor.grid.height; ++y) {
+    for (int x = 0; x < floor.grid.width; ++x) {
+      const Eigen::Vector2d p = floor.grid.centre({x, y});
+      if (std::abs(p.x()) > 2.3 || std::abs(p.y()) > 2.1) continue;
+      free += floor.at({x, y}) == Floor::kFree;
+      blocked += floor.at({x, y}) == Floor::kBlocked;
+    }
+  }
+  EXPECT_GT(free, 1000);
+  EXPECT_EQ(blocked, 0);
+}
+
+TEST(Integrate, RefusesViewsAndSettingsThatMakeNoSense) {
+  VoxelMap map = room_map();
+  WallView wall(2);
+  Isometry3d lost = wall.pose;
+  lost.translation().x() = std::nan("");
+  EXPECT_THROW(integrate(map, wall.view, lost, at_seconds(1)), Error);
+  wall.view.depth.pop_back();
+  EXPECT_THROW(integrate(map, wall.view, wall.pose, at_seconds(1)), Error);
+  IntegrationConfig config;
+  config.free_sigmas = -1;
+  EXPECT_THROW(Integrator{config}, InputError);
+  config = {};
+  config.own_body = {{{0, 0, 0}, {1, -1, 1}}};
+  EXPECT_THROW(Integrator{config}, InputError);
+}
+
+TEST(Integrate, IgnoresAViewFromOutsideOfTheMap) {
+  VoxelMap map = room_map();
+  const WallView wall(2);
+  const Isometry3d away = camera_pose({50, 0, 1}, 0, 0);
+  const IntegrationStats stats = integrate(map, wall.view, away, at_seconds(1));
+  EXPECT_EQ(stats.hits + stats.misses, 0U);
+}
+
+}  // namespace
+}  // namespace headway::nav
