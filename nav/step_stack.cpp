@@ -106,12 +106,18 @@ void StepStack::follow_session(const hal::WalkStatus& status) noexcept {
   const std::int64_t executing = unwrapped(status.executing);
   if (executing < executing_) return stop(StackStop::kLost);
   executing_ = executing;
-  const std::int64_t rejected = unwrapped(status.rejected);
+  const std::int64_t accepted = unwrapped(status.accepted), rejected = unwrapped(status.rejected);
   const bool refused = status.reject_reason != hal::StepReject::kNone &&
                        status.reject_reason != hal::StepReject::kFull;  // a full queue passes
-  if (refused && rejected > unwrapped(status.accepted)) {
+  if (refused && rejected > accepted) {
     stop(StackStop::kRejected);
     forget_from(rejected);
+  }
+  // A step that was not there at its deadline is refused from then on.
+  if (executing_ != kNone && accepted < executing_ + kAhead - 1 &&
+      accepted + 1 < static_cast<std::int64_t>(committed_.next_index)) {
+    stop(StackStop::kEnded);
+    forget_from(accepted + 1);
   }
   if (executing_ != kNone && status.state == hal::WalkState::kStanding) come_to_rest();
 }

@@ -1,0 +1,488 @@
+#include "nav/step_stack.h"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/nav/heap_count.h"
+
+namespace headway::nav {
+namespace {
+
+using hal::Foot;
+using hal::Stance;
+using hal::WalkState;
+using std::chrono::milliseconds;
+
+constexpr std::uint8_t kSession = 3;
+const Duration kStep = milliseconds(800);
+
+/// Tells steps apart: the n-th step ever planned is n millimetres long.
+hal::Footstep some_step(std::uint32_t index, int mark) {
+  const Foot foot = index % 2 == 0 ? Foot::kLeft : Foot::kRight;
+  return hal::quantised({foot, {mark * 1e-3, foot == Foot::kLeft ? 0.19 : -0.19, 0}, 0, kStep});
+}
+
+StepPlan some_plan(std::uint32_t first, int count, bool complete, Time frame, int mark = 0) {
+  StepPlan plan;
+  plan.session = kSession;
+  plan.first_index = first;
+  plan.count = count;
+  plan.complete = complete;
+  plan.newest_frame = frame;
+  for (int i = 0; i < count; ++i) {
+    plan.steps[static_cast<std::size_t>(i)] = some_step(first + static_cast<std::uint32_t>(i), mark + i);
+  }
+  return plan;
+}
+
+/// The other side as the contract says it: takes steps in order until too late, walks what it has. It answers
+/// from what reached it; frames may be lost in either direction. Plain value, so that a search can branch
+/// from it.
+struct Peer {
+  std::uint32_t accepted = 0, started = 0;
+  Time lifted{}, first_accepted{};
+  bool ended = false, refuses = false, standing = true;
+  std::uint8_t rejected = hal::kNoStep;
+  hal::StepReject reason = hal::StepReject::kNone;
+
+  void take(Time now, std::uint32_t index) {
+    if (index < accepted) return;  // a repetition
+    if (index != accepted || ended || refuses) {
+      rejected = static_cast<std::uint8_t>(index % 64);
+      reason = ended ? hal::StepReject::kLate : hal::StepReject::kSequence;
+      return;
+    }
+    if (accepted++ == 0) first_accepted = now;
+  }
+
+  void run(Time now) {
+    if (started == 0) {
+      if (accepted >= 3 || (accepted > 0 && now - first_accepted >= milliseconds(300))) lift(now);
+      return;
+    }
+    if (standing || now - lifted < kStep) return;
+    if (started < accepted) {
+      lift(now);
+    } else {
+      standing = true;
+    }
+  }
+
+  void lift(Time now) {
+    ++started;
+    lifted = now;
+    standing = false;
+    // The one that lifts off now and two more, or this walk has an end.
+    if (accepted < started + 2) ended = true;
+  }
+
+  hal::WalkStatus status(Time now) const {
+    hal::WalkStatus s;
+    s.session = kSession;
+    s.state = standing ? WalkState::kStanding : ended ? WalkState::kStopping : WalkState::kWalking;
+    s.executing = started == 0 ? hal::kNoStep : static_cast<std::uint8_t>((started - 1) % 64);
+    s.accepted = accepted == 0 ? hal::kNoStep : static_cast<std::uint8_t>((accepted - 1) % 64);
+    s.rejected = rejected == hal::kNoStep ? std::uint8_t{0} : rejected;
+    s.reject_reason = reason;
+    s.phase_remaining = standing || started == 0 ? Duration{} : lifted + kStep - now;
+    s.stamp = now;
+    return s;
+  }
+};
+
+/// The step stack, its peer and the driver between them, which repeats a step until it is answered.
+struct Walking {
+  StepStack stack;
+  Peer peer;
+  hal::WalkStatus heard;
+  Time now = at_seconds(10);
+  bool answers = true, listens = true, sends = true;
+
+  // What the test remembers to judge by.
+  std::array<hal::Footstep, 200> committed{};
+  std::uint32_t high = 0;  ///< steps ever committed
+  bool stopped = false;
+  std::uint32_t stopped_at = 0;
+  const char* fault = nullptr;
+
+  Walking() {
+    stack.begin(kSession, Stance::parallel({0, 0, 0}, 0.19));
+    heard = peer.status(now);
+  }
+
+  std::uint32_t next() const { return stack.committed().next_index; }
+  void complain(const char* what) {
+    if (fault == nullptr) fault = what;
+  }
+
+  void cycle() {
+    now += milliseconds(5);
+    peer.run(now);
+    const bool cyclic = (now.time_since_epoch() / milliseconds(5)) % 4 == 0;
+    if (answers && cyclic) heard = peer.status(now);
+    while (const auto step = stack.due(now, heard)) {
+      judge(*step);
+      if (!sends) break;
+      stack.sent(now);
+    }
+    // One unanswered step after the other, as the driver does it.
+    if (listens && cyclic && peer.accepted < next()) peer.take(now, peer.accepted);
+    judge_always();
+  }
+
+  void judge(const hal::NumberedStep& step) {
+    if (step.index != next()) complain("indexes are not consecutive");
+    if (stopped) complain("a step after a stop");
+    if (step.index > peer.started + 2) complain("committed more than the one under way and two after it");
+    if (now - stack_frame > seconds(1)) complain("committed on an old map");
+    if (!sends) return;
+    if (step.index < high) complain("an index committed twice");
+    committed[step.index] = step.step;
+    high = std::max(high, step.index + 1);
+  }
+
+  void judge_always() {
+    const Committed& c = stack.committed();
+    if (stopped && c.next_index > stopped_at) complain("grew after a stop");
+    if (c.stopping && !stopped) {
+      stopped = true;
+      stopped_at = c.next_index;
+    }
+    if (c.next_index > peer.started + 3) complain("too many steps ahead");
+    // What the stack says is the chain of the steps it gave out.
+    Stance stance = Stance::parallel({0, 0, 0}, 0.19);
+    for (std::uint32_t i = 0; i < c.next_index; ++i) stance = stance.after(committed[i]);
+    if (stance.left.x != c.stance.left.x || stance.right.x != c.stance.right.x) complain("another stance");
+    if (c.at_rest && c.next_index > 0) {
+      if (c.next_index != peer.started || !peer.standing) complain("not at rest, or elsewhere");
+    }
+    // While it goes on, the peer never runs dry of the two steps it needs to come to rest.
+    if (!c.stopping && peer.ended && answers && peer.started > 0 && now - peer.lifted > milliseconds(40) &&
+        now - heard.stamp <= milliseconds(20)) {
+      complain("the peer ends the walk and the stack does not know");
+    }
+  }
+
+  Time stack_frame = at_seconds(10);
+  PlanVerdict plan(std::uint32_t first, int count, bool complete, int mark) {
+    const PlanVerdict verdict = stack.propose(some_plan(first, count, complete, now, mark));
+    if (verdict == PlanVerdict::kTaken) stack_frame = now;
+    return verdict;
+  }
+  void run(Duration d) {
+    for (const Time end = now + d; now < end;) cycle();
+  }
+  /// Frames that keep coming, so the plan stays fresh.
+  void run_fresh(Duration d, int count = 20) {
+    for (const Time end = now + d; now < end;) {
+      plan(next(), count, false, 0);
+      run(milliseconds(30));
+    }
+  }
+};
+
+TEST(StepStack, CommitsThreeStepsAtRestAndThenOneAStep) {
+  Walking w;
+  EXPECT_EQ(w.plan(0, 20, false, 1), PlanVerdict::kTaken);
+  w.cycle();
+  EXPECT_EQ(w.next(), 3u);
+  w.run(milliseconds(300));
+  EXPECT_EQ(w.next(), 3u);
+  EXPECT_EQ(w.peer.started, 1u);
+  while (w.peer.started == 1 && w.next() == 3) w.run_fresh(milliseconds(5));
+  // In the window: at most 450 ms, at least 300 ms before the next lift-off.
+  const Duration left = w.peer.lifted + kStep - w.now;
+  EXPECT_EQ(w.next(), 4u);
+  EXPECT_LE(left, milliseconds(450));
+  EXPECT_GE(left, milliseconds(300));
+  w.run_fresh(seconds(8));
+  EXPECT_EQ(w.next(), w.peer.started + 3 - (w.peer.lifted + kStep - w.now > milliseconds(450)));
+  EXPECT_EQ(w.fault, nullptr) << w.fault;
+}
+
+TEST(StepStack, CountsOnWhenTheNumbersOnTheWireBeginAgain) {
+  Walking w;
+  w.run_fresh(seconds(0.8 * 150));
+  EXPECT_GT(w.next(), 140u);
+  EXPECT_FALSE(w.stack.committed().stopping);
+  EXPECT_EQ(w.fault, nullptr) << w.fault;
+}
+
+TEST(StepStack, EndsWithThePlan) {
+  for (int count = 1; count < 7; ++count) {
+    Walking w;
+    EXPECT_EQ(w.plan(0, count, true, 1), PlanVerdict::kTaken);
+    for (int frame = 0; frame < 300; ++frame) {
+      const int left = count - static_cast<int>(w.next());
+      if (!w.stack.committed().stopping) w.plan(w.next(), left, true, static_cast<int>(w.next()) + 1);
+      w.run(milliseconds(30));
+    }
+    EXPECT_EQ(w.next(), static_cast<std::uint32_t>(count));
+    EXPECT_EQ(w.peer.started, static_cast<std::uint32_t>(count));
+    EXPECT_TRUE(w.stack.committed().at_rest);
+    EXPECT_EQ(w.stack.committed().why, StackStop::kNone);
+    EXPECT_EQ(w.fault, nullptr) << w.fault;
+    EXPECT_EQ(w.plan(w.next(), 5, false, 1), PlanVerdict::kStopping);
+    EXPECT_TRUE(w.stack.begin(kSession + 1, w.stack.committed().stance));
+  }
+}
+
+TEST(StepStack, TakesTheNewestPlanForWhatIsNotCommitted) {
+  Walking w;
+  w.plan(0, 20, false, 0);
+  w.run(milliseconds(100));
+  EXPECT_EQ(w.plan(3, 20, false, 50), PlanVerdict::kTaken);
+  EXPECT_EQ(w.plan(3, 20, false, 70), PlanVerdict::kTaken);
+  w.run(milliseconds(800));
+  ASSERT_EQ(w.next(), 4u);
+  EXPECT_NEAR(w.committed[2].landing.x, 0.002, 1e-9);
+  EXPECT_NEAR(w.committed[3].landing.x, 0.070, 1e-9);
+}
+
+TEST(StepStack, SaysWhyItRefusesAPlan) {
+  Walking w;
+  w.plan(0, 20, false, 0);
+  w.run(milliseconds(100));
+  EXPECT_EQ(w.plan(2, 20, false, 0), PlanVerdict::kLate);
+  EXPECT_EQ(w.plan(4, 20, false, 0), PlanVerdict::kGap);
+  StepPlan other = some_plan(3, 4, false, w.now);
+  other.session = kSession + 1;
+  EXPECT_EQ(w.stack.propose(other), PlanVerdict::kSession);
+  StepPlan hop = some_plan(3, 4, false, w.now);
+  hop.steps[1].foot = hop.steps[0].foot;
+  EXPECT_EQ(w.stack.propose(hop), PlanVerdict::kInvalid);
+  StepPlan same_foot = some_plan(3, 4, false, w.now);
+  same_foot.steps[0].foot = Foot::kLeft;  // as step 2
+  EXPECT_EQ(w.stack.propose(same_foot), PlanVerdict::kInvalid);
+  StepPlan long_plan = some_plan(3, 4, false, w.now);
+  long_plan.count = StepPlan::kMost + 1;
+  EXPECT_EQ(w.stack.propose(long_plan), PlanVerdict::kInvalid);
+  w.stack.stop();
+  EXPECT_EQ(w.plan(3, 4, false, 0), PlanVerdict::kStopping);
+  EXPECT_EQ(w.stack.committed().taken, 1u);
+  EXPECT_EQ(w.stack.committed().late, 1u);
+  EXPECT_EQ(w.stack.committed().refused, 6u);
+}
+
+TEST(StepStack, BeginsOnlyAtRestAndWithAnotherSession) {
+  Walking w;
+  const Stance stance = Stance::parallel({1, 2, 3}, 0.19);
+  EXPECT_FALSE(w.stack.begin(kSession, stance));
+  EXPECT_FALSE(w.stack.begin(16, stance));
+  w.plan(0, 20, false, 0);
+  w.run(milliseconds(100));
+  EXPECT_FALSE(w.stack.begin(kSession + 1, stance));
+  w.stack.stop();
+  w.run(seconds(4));
+  EXPECT_TRUE(w.stack.begin(kSession + 1, stance));
+  EXPECT_EQ(w.next(), 0u);
+  EXPECT_EQ(w.stack.committed().stance.left.x, stance.left.x);
+}
+
+TEST(StepStack, StopsAtTheDeadlineForWantOfAStepOrOfFreshFrames) {
+  Walking dry;
+  dry.plan(0, 3, false, 0);
+  dry.run(seconds(5));
+  EXPECT_EQ(dry.stack.committed().why, StackStop::kMissed);
+  EXPECT_EQ(dry.next(), 3u);
+  EXPECT_TRUE(dry.stack.committed().at_rest);
+  EXPECT_FALSE(dry.stack.committed().last_foot);
+  Walking blind;
+  blind.plan(0, 20, false, 0);
+  blind.run(seconds(6));
+  EXPECT_EQ(blind.stack.committed().why, StackStop::kStale);
+  EXPECT_TRUE(blind.stack.committed().at_rest);
+  EXPECT_EQ(blind.fault, nullptr) << blind.fault;
+}
+
+TEST(StepStack, IsAtRestAtMostTheStepsAheadAfterALossIsNoticed) {
+  // Nothing heard any more: the rest of the step under way and three more, the last one just committed.
+  for (int into_step = 0; into_step < 800; into_step += 50) {
+    Walking w;
+    w.run_fresh(seconds(3) + milliseconds(into_step));
+    w.answers = false;
+    while (!w.stack.committed().stopping) w.run_fresh(milliseconds(5));
+    const Time noticed = w.now;
+    while (!w.peer.standing) w.cycle();
+    EXPECT_LE(w.now - noticed, milliseconds(450) + 3 * kStep);
+    EXPECT_EQ(w.fault, nullptr) << w.fault;
+  }
+}
+
+TEST(StepStack, ForgetsWhatThePeerRefusedOrNeverWalked) {
+  Walking w;
+  w.run_fresh(seconds(2));
+  w.listens = false;  // no step arrives any more
+  w.run_fresh(seconds(5));
+  EXPECT_TRUE(w.stack.committed().at_rest);
+  EXPECT_EQ(w.next(), w.peer.started);
+  EXPECT_EQ(w.fault, nullptr) << w.fault;
+}
+
+TEST(StepStack, GivesUpAWalkThatNeverBegins) {
+  Walking w;
+  w.listens = false;
+  w.run_fresh(seconds(5));
+  EXPECT_EQ(w.stack.committed().why, StackStop::kNoStart);
+  EXPECT_TRUE(w.stack.committed().at_rest);
+  EXPECT_EQ(w.next(), 0u);
+  EXPECT_EQ(w.stack.committed().stance.left.y, 0.095);
+}
+
+TEST(StepStack, WaitsAtRestForAFreshPlanAndStopsOnAFault) {
+  Walking w;
+  w.stack.propose(some_plan(0, 5, false, w.now - seconds(2)));
+  w.run(milliseconds(200));
+  EXPECT_EQ(w.next(), 0u);
+  EXPECT_FALSE(w.stack.committed().stopping);
+  w.run_fresh(seconds(2));
+  EXPECT_GT(w.next(), 3u);
+  w.heard.state = WalkState::kFault;
+  w.heard.stamp = w.now;
+  EXPECT_FALSE(w.stack.due(w.now, w.heard));
+  EXPECT_EQ(w.stack.committed().why, StackStop::kLost);
+}
+
+TEST(StepStack, HandsTheSameStepOverUntilTheWalkerTakesIt) {
+  Walking w;
+  w.sends = false;
+  w.plan(0, 20, false, 0);
+  w.run(milliseconds(50));
+  EXPECT_EQ(w.next(), 0u);
+  w.stack.propose(some_plan(0, 4, false, w.now, 7));
+  w.stack.sent(w.now);  // of the plan before: nothing is due from this one yet
+  EXPECT_EQ(w.next(), 0u);
+  w.sends = true;
+  w.run(milliseconds(20));
+  EXPECT_EQ(w.next(), 3u);
+  EXPECT_NEAR(w.committed[0].landing.x, 0.007, 1e-9);
+}
+
+/// All orders of what can happen in each of `depth` stretches of time, from one situation.
+class Exhaustion {
+ public:
+  explicit Exhaustion(Duration stretch) : stretch_(stretch) {}
+
+  void explore(const Walking& from, int depth) {
+    if (depth == 0 || from.fault != nullptr) {
+      finish(from);
+      return;
+    }
+    for (int event = 0; event < kEvents; ++event) {
+      Walking w = from;
+      happen(w, event, depth);
+      explore(w, depth - 1);
+    }
+  }
+
+  std::uint64_t ends = 0, stops = 0, walks = 0;
+  std::map<StackStop, std::uint64_t> reasons;
+
+ private:
+  static constexpr int kEvents = 9;
+
+  void happen(Walking& w, int event, int mark) const {
+    w.answers = w.listens = w.sends = true;
+    switch (event) {
+      case 0:  // frames go on
+        w.plan(w.next(), 20, false, mark);
+        break;
+      case 1:  // the plan that ends here soon
+        w.plan(w.next(), 1, true, mark + 20);
+        break;
+      case 2:  // a plan that comes too late
+        if (w.next() > 0 && w.plan(w.next() - 1, 20, false, mark) == PlanVerdict::kTaken)
+          w.complain("late taken");
+        break;
+      case 3:  // no frame, no plan
+        break;
+      case 4:  // status frames are lost
+        w.plan(w.next(), 20, false, mark + 40);
+        w.answers = false;
+        break;
+      case 5:  // step frames are lost
+        w.plan(w.next(), 20, false, mark + 60);
+        w.listens = false;
+        break;
+      case 6:  // the driver has no room
+        w.plan(w.next(), 20, false, mark + 80);
+        w.sends = false;
+        break;
+      case 7:
+        w.stack.stop();
+        break;
+      case 8:  // the peer refuses what comes, and another walk is asked for meanwhile
+        w.peer.refuses = true;
+        if (w.stack.begin(kSession, Stance{})) w.complain("began the same session again");
+        break;
+    }
+    w.run(stretch_);
+  }
+
+  /// Left alone, every walk comes to rest, on the steps that the stack says.
+  void finish(Walking w) {
+    ++ends;
+    w.answers = w.listens = w.sends = true;
+    w.stack.stop();
+    w.run(seconds(4.5));
+    const Committed& c = w.stack.committed();
+    if (!c.at_rest) w.complain("does not come to rest");
+    if (c.next_index != w.peer.started) w.complain("other steps than were walked");
+    ++reasons[c.why];
+    walks += c.next_index > 3;
+    if (w.fault != nullptr) ADD_FAILURE() << w.fault << " after " << c.next_index << " steps";
+  }
+
+  Duration stretch_;
+};
+
+TEST(StepStack, KeepsItsPromisesInEveryOrderOfEvents) {
+  struct Situation {
+    const char* name;
+    Duration walked, stretch;
+  };
+  // At rest; before, in and after the window in which a step commits; over several steps.
+  const Situation situations[] = {{"at rest", Duration{}, milliseconds(110)},
+                                  {"before the window", milliseconds(1100), milliseconds(60)},
+                                  {"in the window", milliseconds(1250), milliseconds(60)},
+                                  {"across steps", milliseconds(1000), milliseconds(370)}};
+  std::map<StackStop, std::uint64_t> reasons;
+  std::uint64_t ends = 0, walks = 0;
+  for (const Situation& s : situations) {
+    SCOPED_TRACE(s.name);
+    Walking w;
+    w.run_fresh(s.walked);
+    ASSERT_EQ(w.fault, nullptr) << w.fault;
+    Exhaustion all(s.stretch);
+    all.explore(w, 4);
+    if (HasFailure()) return;
+    ends += all.ends;
+    walks += all.walks;
+    for (const auto& [why, count] : all.reasons) reasons[why] += count;
+  }
+  EXPECT_EQ(ends, 4u * 9 * 9 * 9 * 9);
+  EXPECT_GT(walks, ends / 10);
+  for (const StackStop why :
+       {StackStop::kNone, StackStop::kAsked, StackStop::kMissed, StackStop::kRejected, StackStop::kLost}) {
+    EXPECT_GT(reasons[why], 0u) << static_cast<int>(why);
+  }
+}
+
+TEST(StepStack, TakesNothingFromTheHeap) {
+  const std::uint64_t before_vector = heap_allocations();
+  std::vector<int> counted(10);
+  ASSERT_GT(heap_allocations(), before_vector) << "the counter does not count";
+  Walking w;
+  const std::uint64_t before = heap_allocations();
+  w.run_fresh(seconds(3));
+  w.stack.stop();
+  w.run(seconds(4));
+  w.stack.begin(kSession + 1, w.stack.committed().stance);
+  EXPECT_EQ(heap_allocations(), before);
+}
+
+}  // namespace
+}  // namespace headway::nav
