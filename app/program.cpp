@@ -2,6 +2,7 @@
 #include <exception>
 
 #include <fmt/format.h>
+#include <opencv2/core/utility.hpp>
 
 #include "app/commands.h"
 #include "hal/error.h"
@@ -18,6 +19,8 @@ int run_program(int argc, const char* const* argv) {
   program.footer(
       "Exit codes: 0 done; 1 ran, but the aim was not reached; 2 bad input (one line says what to mend);\n"
       "3 fault of the program or machine. 'headway COMMAND --help' explains a command.");
+  // One core: the frame loop's work stays in its own thread.
+  cv::setNumThreads(1);
   Run run;
   add_sim(program, run);
   add_campaign(program, run);

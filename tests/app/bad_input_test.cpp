@@ -1,0 +1,166 @@
+// Broken files and arguments end with exit code 2 and one line that names the file; nothing crashes.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "app/commands.h"
+#include "app/robot_file.h"
+#include "hal/error.h"
+#include "sim_hal/world_file.h"
+
+namespace headway::app {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kTree = HEADWAY_SOURCE_DIR;
+
+struct Result {
+  int code = 0;
+  std::string error;
+};
+
+Result headway(const std::vector<std::string>& arguments) {
+  std::vector<const char*> argv{"headway"};
+  for (const auto& argument : arguments) argv.push_back(argument.c_str());
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  Result result;
+  result.code = run_program(static_cast<int>(argv.size()), argv.data());
+  testing::internal::GetCapturedStdout();
+  result.error = testing::internal::GetCapturedStderr();
+  return result;
+}
+
+std::string text_of(const fs::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// A folder of its own, gone at the end.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "headway-bad-input-XXXXXX").string();
+    path = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+std::vector<std::string> sim_of(const fs::path& world, const fs::path& out) {
+  return {"sim",        world.string(), "--out",
+          out.string(), "--robot",      (kTree / "config/hrp2/robot.yaml").string(),
+          "--range"};
+}
+
+TEST(BadInput, AMissingWorldIsNamed) {
+  const Folder folder;
+  const Result result = headway(sim_of(folder.path / "nowhere.yaml", folder.path / "out"));
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("nowhere.yaml"), std::string::npos) << result.error;
+  EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
+}
+
+TEST(BadInput, AMalformedWorldIsNamedWithLineAndKey) {
+  const Folder folder;
+  std::string text = text_of(kTree / "config/worlds/lab.yaml");
+  text.replace(text.find("seed:"), 5, "sede:");
+  std::ofstream(folder.path / "lab.yaml") << text;
+  const Result result = headway(sim_of(folder.path / "lab.yaml", folder.path / "out"));
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("lab.yaml:"), std::string::npos) << result.error;
+  EXPECT_NE(result.error.find("sede"), std::string::npos) << result.error;
+}
+
+TEST(BadInput, AGoalOutsideTheFloorIsRefused) {
+  const Folder folder;
+  auto arguments = sim_of(kTree / "config/worlds/lab.yaml", folder.path / "out");
+  arguments.insert(arguments.end(), {"--goal", "40,2"});
+  const Result result = headway(arguments);
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("outside"), std::string::npos) << result.error;
+}
+
+TEST(BadInput, AGoalInsideAnObstacleEndsAtRestWithAReason) {
+  const Folder folder;
+  auto arguments = sim_of(kTree / "config/worlds/moving_box.yaml", folder.path / "out");
+  arguments.insert(arguments.end(), {"--goal", "0.55,1.0"});
+  const Result result = headway(arguments);
+  EXPECT_EQ(result.code, kNotReached);
+  const std::string report = text_of(folder.path / "out/report.json");
+  EXPECT_NE(report.find("goal"), std::string::npos);
+  EXPECT_NE(report.find("\"collisions\": 0"), std::string::npos);
+}
+
+TEST(BadInput, UnknownOptionsAndMissingArgumentsAreRefused) {
+  EXPECT_EQ(headway({}).code, kBadInput);
+  EXPECT_EQ(headway({"sim"}).code, kBadInput);
+  EXPECT_EQ(headway({"fly"}).code, kBadInput);
+  EXPECT_EQ(headway({"campaign", "--worlds", "-3"}).code, kBadInput);
+  EXPECT_EQ(headway({"--help"}).code, kSuccess);
+}
+
+TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {
+  const Folder folder;
+  std::ofstream(folder.path / "file") << "not a folder";
+  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder.path / "file/out"));
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("file"), std::string::npos) << result.error;
+}
+
+/// Cuts, overwrites, doubles or swaps pieces of a text.
+std::string mutated(std::string text) {
+  const int edits = *rc::gen::inRange(1, 6);
+  for (int i = 0; i < edits && !text.empty(); ++i) {
+    const auto at = *rc::gen::inRange<std::size_t>(0, text.size());
+    switch (*rc::gen::inRange(0, 5)) {
+      case 0:
+        text.resize(at);
+        break;
+      case 1:
+        text[at] = *rc::gen::arbitrary<char>();
+        break;
+      case 2:
+        text.insert(at, *rc::gen::elementOf(
+                            std::vector<std::string>{"-", ": ", "\n", "1e999", "[", "{", "&a ", "*a"}));
+        break;
+      case 3:
+        text.erase(at, *rc::gen::inRange<std::size_t>(1, 40));
+        break;
+      default:
+        text.insert(at, text.substr(*rc::gen::inRange<std::size_t>(0, text.size()), 60));
+    }
+  }
+  return text;
+}
+
+RC_GTEST_PROP(BadInput, MutatedWorldsAreReadOrRefusedButNeverCrash, ()) {
+  static const std::string kText = text_of(kTree / "config/worlds/lab.yaml");
+  try {
+    sim::world_from(config::Section::parse(mutated(kText), "lab.yaml"));
+  } catch (const InputError& e) {
+    RC_ASSERT(std::string(e.what()).find("lab.yaml") != std::string::npos);
+  }
+}
+
+RC_GTEST_PROP(BadInput, MutatedRobotsAreReadOrRefusedButNeverCrash, ()) {
+  static const std::string kText = text_of(kTree / "config/hrp2/robot.yaml");
+  const Folder folder;
+  fs::create_directory(folder.path / "rigs");
+  fs::copy_file(kTree / "config/hrp2/rigs/bottom.yaml", folder.path / "rigs/bottom.yaml");
+  std::ofstream(folder.path / "robot.yaml") << mutated(kText);
+  try {
+    read_robot(folder.path / "robot.yaml");
+  } catch (const InputError& e) {
+    RC_ASSERT(std::string(e.what()).size() > 10);
+  }
+}
+
+}  // namespace
+}  // namespace headway::app

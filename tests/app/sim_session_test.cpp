@@ -1,0 +1,106 @@
+#include "app/sim_session.h"
+
+#include <gtest/gtest.h>
+
+#include "app/sim_outputs.h"
+#include "sim_hal/world_file.h"
+
+namespace headway::app {
+namespace {
+
+const std::filesystem::path kTree = HEADWAY_SOURCE_DIR;
+
+Robot hrp2() { return read_robot(kTree / "config/hrp2/robot.yaml"); }
+sim::World world(const std::string& name) {
+  return sim::read_world(kTree / "config/worlds" / (name + ".yaml"));
+}
+
+/// A small room with nothing in it: start and goal 1.5 m apart.
+sim::World empty_room() {
+  sim::World world;
+  world.name = "empty";
+  sim::add_room(world, {0.5, 0}, {5, 4}, 2.2, 0);
+  world.start = {-0.8, 0, 0};
+  world.goal = sim::Goal2{{0.7, 0.1}, 0.5};
+  return world;
+}
+
+SimOptions range_mode(std::uint64_t seed = 1) {
+  SimOptions options;
+  options.range_mode = true;
+  options.seed = seed;
+  options.longest = seconds(200);
+  return options;
+}
+
+TEST(SimSession, WalksToAGoalAndFacesAsWished) {
+  SimSession session(hrp2(), empty_room(), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_LE(outcome.goal_error, 0.10);
+  EXPECT_LE(outcome.goal_yaw_error, 0.1);
+  EXPECT_EQ(session.bus_loop().counters().missed, 0U);
+  ASSERT_FALSE(session.steps().empty());
+  for (const auto& step : session.steps()) EXPECT_LE(step.frame_age, session.robot().steps.max_map_age);
+}
+
+TEST(SimSession, LooksThroughBothCamerasOnTheWay) {
+  SimOptions options = range_mode();
+  options.range_mode = false;
+  options.longest = seconds(60);
+  SimSession session(hrp2(), empty_room(), options);
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_GE(session.precision().share(), 0.95) << "points within 3 sigma of the truth";
+  EXPECT_GT(session.precision().points, 100000U);
+}
+
+TEST(SimSession, WalksAroundABoxThatSlidesOntoItsPath) {
+  SimSession session(hrp2(), world("moving_box"), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_FALSE(outcome.collision);
+  EXPECT_FALSE(outcome.fallen);
+  EXPECT_LE(outcome.goal_error, 0.10);
+  EXPECT_GE(session.mission().counters().replans, 1);
+}
+
+TEST(SimSession, StopsShortOfTheBoxWhenItMayNotReplan) {
+  SimOptions options = range_mode();
+  options.replan = false;
+  SimSession session(hrp2(), world("moving_box"), options);
+  const SimOutcome outcome = session.run();
+  EXPECT_FALSE(outcome.arrived);
+  EXPECT_FALSE(outcome.collision) << "steps commit only onto free floor, replanning or not";
+  EXPECT_FALSE(outcome.reason.empty());
+}
+
+TEST(SimSession, StaysWhereItIsWhenThereIsNoWayAndSaysWhy) {
+  SimSession session(hrp2(), world("blocked"), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_EQ(outcome.end, "stopped");
+  EXPECT_NE(outcome.reason.find("no way"), std::string::npos) << outcome.reason;
+  EXPECT_LT(outcome.walked, 2.5);
+}
+
+TEST(SimSession, GivesTheSameReportForTheSameSeed) {
+  const auto report = [](std::uint64_t seed) {
+    SimSession session(hrp2(), empty_room(), range_mode(seed));
+    return sim_report(session, session.run()).dump();
+  };
+  const std::string first = report(7);
+  EXPECT_EQ(first, report(7));
+  EXPECT_NE(first, report(8));
+}
+
+TEST(SimSession, NeedsAGoalOnTheFloor) {
+  sim::World nowhere = empty_room();
+  nowhere.goal.reset();
+  EXPECT_THROW(SimSession(hrp2(), nowhere, range_mode()), InputError);
+  SimOptions outside = range_mode();
+  outside.goal = nav::Goal{{40, 0}, std::nullopt};
+  EXPECT_THROW(SimSession(hrp2(), empty_room(), outside), InputError);
+}
+
+}  // namespace
+}  // namespace headway::app
