@@ -149,7 +149,8 @@ bool CanWalker::send(std::uint8_t session, const hal::NumberedStep& step) noexce
   if (begins) {
     session_ = session;
     queued_ = 0;
-    taken_up_ = ended_ = false;
+    taken_up_ = status_.session == session;
+    ended_ = false;
     step_sent_.reset();
   }
   slots_[(first_slot_ + queued_++) % kSlots] = command;

@@ -1,0 +1,121 @@
+// The masters run within the bus cycle: once built they must not touch the heap, whatever comes in.
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "tests/drivers/head_bench.h"
+#include "tests/drivers/walker_bench.h"
+
+namespace {
+
+thread_local bool counting = false;
+thread_local int allocations = 0;
+
+void* allocate(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace headway::drivers {
+namespace {
+
+/// Counts what a master allocates, not what its scripted peers do.
+template <class Master>
+class Counted {
+ public:
+  explicit Counted(Master& master) : master_(master) {}
+  template <class Call>
+  auto operator()(Call call) {
+    counting = true;
+    struct Stop {
+      ~Stop() { counting = false; }
+    } stop;
+    return call(master_);
+  }
+
+ private:
+  Master& master_;
+};
+
+TEST(HeapCount, SeesAnAllocation) {
+  int unused = 0;
+  Counted counted(unused);
+  allocations = 0;
+  delete counted([](int&) { return new int(1); });
+  EXPECT_EQ(allocations, 1);
+}
+
+TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) {
+  testing::ScriptedBus bus;
+  Cia402Head head(bus, {});
+  Counted counted(head);
+  testing::ScriptedDrive pan(0x11), tilt(0x12);
+  allocations = 0;
+  std::size_t read = 0;
+  bool was_ready = false, was_fault = false;
+  Time now = at_seconds(1);
+  for (int i = 0; i < 2000; ++i, now += testing::kBusCycle) {
+    bus.now = now;
+    for (testing::ScriptedDrive* drive : {&pan, &tilt}) {
+      drive->tick(now);
+      for (const hal::CanFrame& f : drive->out) counted([&](Cia402Head& h) { h.receive(f); });
+      drive->out.clear();
+    }
+    counted([&](Cia402Head& h) {
+      h.command({0.001 * (i % 500), -0.1});
+      h.tick(now);
+    });
+    for (; read < bus.sent.size(); ++read) {
+      pan.receive(bus.sent[read], now);
+      tilt.receive(bus.sent[read], now);
+    }
+    if (i == 800) pan.boot(now);
+    if (i == 1300) tilt.fault();
+    if (i == 1500) head.recover();
+    was_ready = was_ready || head.state().health == hal::HeadHealth::kReady;
+    was_fault = was_fault || head.state().health == hal::HeadHealth::kFault;
+  }
+  EXPECT_TRUE(was_ready && was_fault);
+  EXPECT_EQ(head.state().health, hal::HeadHealth::kReady);
+  EXPECT_EQ(allocations, 0);
+}
+
+TEST(CanWalker, UsesNoHeapWhateverComesIn) {
+  testing::ScriptedBus bus;
+  CanWalker walker(bus);
+  Counted counted(walker);
+  testing::ScriptedControl control;
+  allocations = 0;
+  std::size_t read = 0;
+  std::uint32_t index = 0;
+  Time now = at_seconds(1);
+  for (int i = 0; i < 2000; ++i, now += testing::kBusCycle) {
+    bus.now = now;
+    control.tick(now);
+    control.spoil_status = i % 100 > 90;
+    for (const hal::CanFrame& f : control.out) counted([&](CanWalker& w) { w.receive(f); });
+    control.out.clear();
+    counted([&](CanWalker& w) {
+      w.control(hal::WalkRequest::kWalk, 1, seconds(0.1));
+      if (w.send(1, {index, testing::step_of(index)})) ++index;
+      w.tick(now);
+    });
+    for (; read < bus.sent.size(); ++read) control.receive(bus.sent[read], now);
+  }
+  EXPECT_GT(control.accepted.size(), 100u);
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace headway::drivers
