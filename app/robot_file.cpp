@@ -103,6 +103,14 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.frame_rate = simulation.number("frame_rate", {0.5, 100, "Hz"});
   const auto size = simulation.numbers("depth_image", 2, {16, 4096, "px"});
   config.depth_image = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  const Section body = simulation.section("body");
+  config.body.com_height = body.number("com_height", {0.3, 2, "m"});
+  config.body.lag = body.number("lag_ms", {0, 200, "ms"}) * 1e-3;
+  config.body.landing_sigma = body.number("landing_mm", {0, 50, "mm"}) * 1e-3;
+  config.body.landing_yaw_sigma = body.number("landing_deg", {0, 5, "deg"}) * kDegree;
+  config.body.stride_scale = body.number("stride_scale", {0.5, 1.5});
+  config.body.yaw_per_step = body.number("yaw_per_step_deg", {-2, 2, "deg"}) * kDegree;
+  config.body.validate();
   const Section stage = simulation.section("stage_ms");
   const auto charge = [&](std::string_view key) {
     return seconds(stage.number(key, {0, 1000, "ms"}) * 1e-3);

@@ -9,6 +9,7 @@
 #include "runtime/lockstep.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
+#include "sim_hal/body.h"
 #include "vision/rig.h"
 
 namespace headway::app {
@@ -17,6 +18,7 @@ struct SimulationConfig {
   double frame_rate = 10;                 ///< [Hz]
   Eigen::Vector2i depth_image{170, 240};  ///< width, height in range mode [px]
   runtime::StageTimes charge;             ///< per frame
+  sim::BodyConfig body;                   ///< what the true robot does otherwise than it is told
 };
 
 struct Robot {

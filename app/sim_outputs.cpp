@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "nav/explored.h"
 #include "nav/floor_files.h"
 #include "nav/octomap_files.h"
+#include "sim_hal/render.h"
 
 namespace headway::app {
 
@@ -68,12 +70,41 @@ std::vector<Eigen::Vector2d> positions(const std::vector<Pose2>& poses) {
   return out;
 }
 
+/// How far the points of one polyline are from those of another, at most [m].
+double farthest(const std::vector<Eigen::Vector2d>& from, const std::vector<Eigen::Vector2d>& to) {
+  double worst = 0;
+  for (const auto& p : from) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& q : to) nearest = std::min(nearest, (p - q).norm());
+    worst = std::max(worst, nearest);
+  }
+  return worst;
+}
+
 /// Without ceiling-high walls between the eye and the room.
 MapViewConfig room_view(std::string title) {
   MapViewConfig config;
   config.highest.z() = 1.7;
   config.title = std::move(title);
   return config;
+}
+
+/// The world as it is now, from a corner of the room above its walls.
+cv::Mat scene_picture(const sim::Scene& scene) {
+  const sim::World& world = scene.world();
+  const sim::Lens lens = sim::Lens::pinhole(1000, 700, 800, 499.5, 349.5);
+  const Eigen::Vector3d target(world.floor.centre.x(), world.floor.centre.y(), 0.3);
+  const Eigen::Vector3d eye =
+      target + Eigen::Vector3d(-0.62 * world.floor.size.x(), -0.75 * world.floor.size.y(), 5.5);
+  Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
+  const Eigen::Vector3d forward = (target - eye).normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+  map_from_camera.linear() << right, forward.cross(right), forward;
+  map_from_camera.translation() = eye;
+  hal::GrayImage image;
+  sim::render(scene, lens, sim::ray_table(lens), {.noise_sigma = 0, .vignetting = 0}, map_from_camera, 0,
+              image);
+  return image_picture(image);
 }
 
 }  // namespace
@@ -175,16 +206,28 @@ void SimOutputs::take_walk(const runtime::FrameSnapshot& snapshot) {
   };
   if (!walked_) {
     walked_ = true;
+    last_path_ = polyline(snapshot.mission.walk()->path, snapshot.mapper.floor().grid);
     keep("plan", floor(snapshot.mapper, snapshot.mission, snapshot.bus, "the first plan"));
     if (snapshot.picture) keep("left", image_picture(*snapshot.picture));
     keep("depth", depth_picture(snapshot.view));
     keep("uncertainty", uncertainty_picture(snapshot.view));
-  } else if (replans > 0 && replans_ == 0) {
-    keep("replan", floor(snapshot.mapper, snapshot.mission, snapshot.bus,
-                         fmt::format("replanned at {:.1f} s", to_seconds(session_.now()))));
-    if (snapshot.picture) keep("replan_left", image_picture(*snapshot.picture));
+  } else if (replans > replans_) {
+    keep_replan(snapshot);
   }
   replans_ = replans;
+}
+
+void SimOutputs::keep_replan(const runtime::FrameSnapshot& snapshot) {
+  // Of all changes of plan, the one that leads farthest away from the plan before it is shown.
+  const auto path = polyline(snapshot.mission.walk()->path, snapshot.mapper.floor().grid);
+  const double change = farthest(path, last_path_);
+  last_path_ = path;
+  if (change <= replan_change_) return;
+  replan_change_ = change;
+  replan_.clear();
+  replan_.push_back({"replan", floor(snapshot.mapper, snapshot.mission, snapshot.bus,
+                                     fmt::format("replanned at {:.1f} s", to_seconds(session_.now())))});
+  if (snapshot.picture) replan_.push_back({"replan_left", image_picture(*snapshot.picture)});
 }
 
 std::vector<hal::Stance> SimOutputs::stances() const {
@@ -236,7 +279,9 @@ std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) 
     written.push_back(folder_ / (name + ".png"));
     write_png(image, written.back());
   };
-  for (const Picture& picture : pictures_) save(picture.name, picture.image);
+  for (const auto* kept : {&pictures_, &replan_})
+    for (const Picture& picture : *kept) save(picture.name, picture.image);
+  save("scene", scene_picture(session_.scene()));
   if (!views_.empty()) {
     std::vector<Captioned> captioned;
     for (std::size_t i = 0; i < views_.size(); ++i) captioned.push_back({views_[i], captions_[i]});

@@ -32,13 +32,16 @@ class SimOutputs {
   };
   void take_view(const runtime::FrameSnapshot& snapshot);
   void take_walk(const runtime::FrameSnapshot& snapshot);
+  void keep_replan(const runtime::FrameSnapshot& snapshot);
   cv::Mat floor(const runtime::Mapper& mapper, const runtime::Mission& mission, const runtime::BusReport& bus,
                 const std::string& title) const;
   std::vector<hal::Stance> stances() const;
 
   SimSession& session_;
   std::filesystem::path folder_;
-  std::vector<Picture> pictures_;
+  std::vector<Picture> pictures_, replan_;
+  std::vector<Eigen::Vector2d> last_path_;
+  double replan_change_ = 0;
   std::vector<cv::Mat> views_;
   std::vector<std::string> captions_;
   nav::CloudFile cloud_;

@@ -50,7 +50,7 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   config.kinematics = robot.mission.neck;
   config.feet_apart = robot.mission.gait.feet_apart;
   config.frame_rate = robot.simulation.frame_rate;
-  config.body = options.body;
+  config.body = robot.simulation.body;
   config.body.seed = options.seed;
   config.body.chest.height = robot.chest_height;
   config.control.chest.height = robot.chest_height;

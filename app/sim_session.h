@@ -29,7 +29,6 @@ struct SimOptions {
   std::optional<nav::Goal> goal;    ///< instead of the world's
   std::uint64_t seed = 1;           ///< of all noise in the simulated robot
   Duration longest = seconds(400);  ///< simulated time after which a run is given up
-  sim::BodyConfig body;             ///< errors of the true robot; its seed is replaced by `seed`
 };
 
 /// How a run ended.

@@ -133,7 +133,10 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   if (!committed.at_rest && committed.next_index > 0) fruitless_ = 0;
   MotionOrder order;
   order.look = look_;
-  order.walk = walk_ ? MotionOrder::Walk::kPlan : MotionOrder::Walk::kStop;
+  if (!walk_)
+    order.walk = MotionOrder::Walk::kStop;
+  else if (gate.open > 0)
+    order.walk = MotionOrder::Walk::kPlan;
   order.plan = step_plan(input, gate);
   return order;
 }
