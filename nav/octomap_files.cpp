@@ -1,7 +1,8 @@
 #include "nav/octomap_files.h"
 
-#include <cmath>
+#include <ostream>
 
+#include "nav/octree_stream.h"
 #include "nav/whole_file.h"
 
 namespace headway::nav {
@@ -32,6 +33,10 @@ void add_brick(const VoxelMap& map, std::size_t brick, octomap::OcTree& tree) {
   }
 }
 
+void write_header(std::ostream& out, const char* magic, std::size_t nodes, double resolution) {
+  out << magic << "\n#\nid OcTree\nsize " << nodes << "\nres " << resolution << "\ndata\n";
+}
+
 }  // namespace
 
 std::unique_ptr<octomap::OcTree> to_octree(const VoxelMap& map) {
@@ -45,13 +50,19 @@ std::unique_ptr<octomap::OcTree> to_octree(const VoxelMap& map) {
 }
 
 void write_bt(const VoxelMap& map, const std::filesystem::path& file) {
-  const auto tree = to_octree(map);
-  write_whole(file, [&](std::ostream& out) { tree->writeBinary(out); });
+  const OctreeStream tree(map, OctreeStream::Values::kOccupiedOrEmpty);
+  write_whole(file, [&](std::ostream& out) {
+    write_header(out, "# Octomap OcTree binary file", tree.size(), map.resolution());
+    tree.write_bits(out);
+  });
 }
 
 void write_ot(const VoxelMap& map, const std::filesystem::path& file) {
-  const auto tree = to_octree(map);
-  write_whole(file, [&](std::ostream& out) { tree->write(out); });
+  const OctreeStream tree(map, OctreeStream::Values::kLogOdds);
+  write_whole(file, [&](std::ostream& out) {
+    write_header(out, "# Octomap OcTree file", tree.size(), map.resolution());
+    tree.write_log_odds(out);
+  });
 }
 
 }  // namespace headway::nav

@@ -14,8 +14,8 @@ namespace headway::nav {
 /// (pruned); unseen ones are absent.
 std::unique_ptr<octomap::OcTree> to_octree(const VoxelMap& map);
 
-/// Binary tree, occupied or empty only. The file appears whole or not at all. Throws InputError when it
-/// cannot be written.
+/// Binary tree, occupied or empty only, straight from the bricks. The file appears whole or not at all.
+/// Throws InputError when it cannot be written.
 void write_bt(const VoxelMap& map, const std::filesystem::path& file);
 /// Full tree with log-odds. As write_bt.
 void write_ot(const VoxelMap& map, const std::filesystem::path& file);
