@@ -53,6 +53,7 @@ WalkingPattern::WalkingPattern(const WalkingConfig& config, const hal::Stance& s
       rest_(start.base().position()) {
   window_.assign(2 * window_ticks_, rest_);
   control_.rest_at(rest_);
+  sample_.zmp_reference = rest_;
   publish();
 }
 

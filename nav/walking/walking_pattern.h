@@ -26,8 +26,8 @@ struct WalkingConfig {
   double swing_height = 0.07;       ///< of the foot in mid swing [m]
   double shortest_step = 0.8;       ///< [s]
   double longest_step = 1.55;       ///< [s]
-  double settled_distance = 0.016;  ///< standing: the CoM is this near to the middle of the feet [m]
-  double settled_speed = 0.05;      ///< and no faster than this [m/s]
+  double settled_distance = 0.020;  ///< standing: the CoM is this near to the middle of the feet [m]
+  double settled_speed = 0.070;     ///< and no faster than this [m/s]
 
   /// Throws InputError when a value makes no sense or the window is longer than two steps allow.
   void validate() const;

@@ -1,0 +1,224 @@
+#include "nav/walking/walking_pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "hal/error.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Vector2d;
+using hal::Foot;
+using hal::Footstep;
+using Phase = WalkingPattern::Phase;
+
+constexpr double kPeriod = 0.005;
+
+double between(double low, double high) { return low + (high - low) * *rc::gen::inRange(0, 10001) / 10000.0; }
+
+hal::Stance random_start() {
+  return hal::Stance::parallel({between(-5, 5), between(-5, 5), between(-3, 3)}, 0.19);
+}
+
+/// Alternating steps as the planner makes them, as they travel.
+std::vector<Footstep> random_steps(int count) {
+  std::vector<Footstep> steps;
+  Foot foot = *rc::gen::inRange(0, 2) == 0 ? Foot::kLeft : Foot::kRight;
+  for (int i = 0; i < count; ++i) {
+    const double side = foot == Foot::kLeft ? 1 : -1;
+    const Footstep step{foot,
+                        {between(-0.05, 0.2), side * between(0.19, 0.24), between(-0.087, 0.087)},
+                        0,
+                        seconds(between(0.8, 1.0))};
+    Footstep wire = hal::quantised(step);
+    wire.duration = std::max(wire.duration, seconds(0.8));
+    steps.push_back(wire);
+    foot = other(foot);
+  }
+  return steps;
+}
+
+enum class Feed { kEarly, kJustInTime };
+
+bool wants_step(const WalkingPattern& pattern, Feed feed) {
+  if (feed == Feed::kEarly) return pattern.queue_free() > 0;
+  if (pattern.started() == 0) return pattern.pushed() < 3;
+  return pattern.phase_remaining() <= seconds(kPeriod) && pattern.pushed() < pattern.started() + 3;
+}
+
+/// Feeds steps and ticks until the robot stands again.
+std::vector<WalkingSample> walk(WalkingPattern& pattern, const std::vector<Footstep>& steps,
+                                Feed feed = Feed::kEarly) {
+  std::vector<WalkingSample> samples{pattern.sample()};
+  std::size_t next = 0;
+  do {
+    while (next < steps.size() && wants_step(pattern, feed) && pattern.push(steps[next])) ++next;
+    if (pattern.started() == 0) pattern.begin();
+    samples.push_back(pattern.tick());
+  } while (pattern.phase() != Phase::kStanding && samples.size() < 100000);
+  return samples;
+}
+
+RC_GTEST_PROP(WalkingPattern, LandsExactlyWhereTheChainOfFootstepsLeads, ()) {
+  const hal::Stance start = random_start();
+  const auto steps = random_steps(*rc::gen::inRange(1, 20));
+  WalkingPattern pattern({}, start);
+  walk(pattern, steps);
+  hal::Stance expected = start;
+  for (const Footstep& s : steps) expected = expected.after(s);
+  for (const Foot f : {Foot::kLeft, Foot::kRight}) {
+    RC_ASSERT(pattern.sample().at(f).pose.position() == expected.at(f).position());
+    RC_ASSERT(pattern.sample().at(f).pose.yaw == expected.at(f).yaw);
+    RC_ASSERT(pattern.sample().at(f).z == 0);
+  }
+  RC_ASSERT(pattern.sample().landed == steps.size());
+  RC_ASSERT((pattern.sample().com - expected.base().position()).norm() <= pattern.config().settled_distance);
+}
+
+RC_GTEST_PROP(WalkingPattern, MovesOneFootAtATimeAndNeverJumps, ()) {
+  WalkingPattern pattern({}, random_start());
+  const auto samples = walk(pattern, random_steps(*rc::gen::inRange(1, 10)));
+  double highest = 0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const WalkingSample &a = samples[i - 1], &b = samples[i];
+    for (const Foot f : {Foot::kLeft, Foot::kRight}) {
+      const bool stands =
+          b.support == Support::kBoth || b.support == (f == Foot::kLeft ? Support::kLeft : Support::kRight);
+      const Vector2d moved = b.at(f).pose.position() - a.at(f).pose.position();
+      if (stands && a.support != Support::kBoth && b.support == Support::kBoth) continue;  // touches down
+      if (stands) RC_ASSERT(moved.norm() == 0);
+      RC_ASSERT(moved.norm() < 1.5 * kPeriod);
+      RC_ASSERT((b.at(f).z > 0) == !stands);
+      highest = std::max(highest, b.at(f).z);
+    }
+    RC_ASSERT((b.com - a.com).norm() < 0.7 * kPeriod);
+    RC_ASSERT(std::abs(wrap_angle(b.yaw - a.yaw)) < 0.5 * kPeriod);
+  }
+  RC_ASSERT(std::abs(highest - 0.07) < 1e-3);
+}
+
+RC_GTEST_PROP(WalkingPattern, KeepsTheZmpOnTheSoleThatStands, ()) {
+  WalkingPattern pattern({}, random_start());
+  for (const WalkingSample& s : walk(pattern, random_steps(*rc::gen::inRange(1, 15)))) {
+    if (s.support == Support::kBoth) continue;
+    const Pose2& sole = s.support == Support::kLeft ? s.left.pose : s.right.pose;
+    const Vector2d off = sole.inverse() * s.zmp;
+    RC_ASSERT(std::abs(off.x()) < 0.1086 - 0.06);
+    RC_ASSERT(std::abs(off.y()) < 0.069 - 0.05);
+  }
+}
+
+/// The reason for the length of the window: what is known early must not matter.
+RC_GTEST_PROP(WalkingPattern, MovesTheSameWhetherStepsComeEarlyOrJustInTime, ()) {
+  const hal::Stance start = random_start();
+  const auto steps = random_steps(*rc::gen::inRange(4, 16));
+  WalkingPattern early({}, start), late({}, start);
+  const auto a = walk(early, steps, Feed::kEarly), b = walk(late, steps, Feed::kJustInTime);
+  RC_ASSERT(a.size() == b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    RC_ASSERT(a[i].com == b[i].com);
+    RC_ASSERT(a[i].left.pose.position() == b[i].left.pose.position());
+  }
+}
+
+TEST(WalkingPattern, ClosesWhenAStepStartsAndFewerThanTwoMoreAreKnown) {
+  WalkingPattern pattern({}, hal::Stance::parallel({}, 0.19));
+  const auto step = [](Foot f) { return Footstep{f, {0.1, f == Foot::kLeft ? 0.19 : -0.19, 0}}; };
+  for (const Foot f : {Foot::kLeft, Foot::kRight, Foot::kLeft}) ASSERT_TRUE(pattern.push(step(f)));
+  pattern.begin();
+  EXPECT_FALSE(pattern.closed());
+  while (pattern.started() == 1) {
+    EXPECT_FALSE(pattern.closed());
+    pattern.tick();
+  }
+  EXPECT_TRUE(pattern.closed());
+  EXPECT_FALSE(pattern.push(step(Foot::kRight)));
+  while (pattern.phase() != Phase::kStanding) pattern.tick();
+  EXPECT_EQ(pattern.sample().landed, 3U);
+}
+
+RC_GTEST_PROP(WalkingPattern, RestsSoonAfterAnAbortAtAnyTime, ()) {
+  WalkingPattern pattern({}, random_start());
+  std::vector<Footstep> steps = random_steps(14);
+  for (Footstep& s : steps) s.duration = seconds(0.8);
+  std::size_t next = 0;
+  const int abort_at = *rc::gen::inRange(0, 1800);
+  for (int tick = 0; tick < abort_at; ++tick) {
+    while (next < steps.size() && pattern.push(steps[next])) ++next;
+    pattern.begin();
+    pattern.tick();
+  }
+  const bool shifting = pattern.phase_remaining() > seconds(0.8);
+  const auto started = pattern.started();
+  pattern.abort();
+  int ticks = 0;
+  for (; pattern.phase() != Phase::kStanding; ++ticks) {
+    pattern.tick();
+    const WalkingSample& s = pattern.sample();
+    RC_ASSERT((s.zmp - s.zmp_reference).norm() < 0.012);
+  }
+  RC_ASSERT(ticks * kPeriod <= 2.7 + (shifting ? 1.6 : 0) + 1e-9);
+  RC_ASSERT(pattern.sample().landed <= started + 2);
+  const hal::Stance feet{pattern.sample().left.pose, pattern.sample().right.pose};
+  RC_ASSERT((feet.base().position() - pattern.planned_stance().base().position()).norm() == 0);
+}
+
+RC_GTEST_PROP(WalkingPattern, WalksAgainFromWhereItStands, ()) {
+  const hal::Stance start = random_start();
+  WalkingPattern pattern({}, start);
+  hal::Stance expected = start;
+  for (int n = 0; n < 3; ++n) {
+    const auto steps = random_steps(*rc::gen::inRange(1, 6));
+    for (const Footstep& s : steps) expected = expected.after(s);
+    pattern.reopen();
+    for (const WalkingSample& s : walk(pattern, steps)) RC_ASSERT((s.zmp - s.zmp_reference).norm() < 0.012);
+  }
+  RC_ASSERT(pattern.sample().left.pose.position() == expected.left.position());
+  RC_ASSERT(pattern.sample().right.pose.position() == expected.right.position());
+}
+
+TEST(WalkingPattern, SettlesWithinThreeTenthsOfASecond) {
+  for (int count = 1; count < 8; ++count) {
+    WalkingPattern pattern({}, hal::Stance::parallel({}, 0.19));
+    for (int i = 0; i < count; ++i) {
+      const Foot f = i % 2 == 0 ? Foot::kLeft : Foot::kRight;
+      ASSERT_TRUE(pattern.push({f, {i + 1 < count ? 0.2 : 0.0, f == Foot::kLeft ? 0.19 : -0.19, 0}}));
+    }
+    pattern.begin();
+    while (pattern.phase() == Phase::kWalking) pattern.tick();
+    int ticks = 0;
+    for (; pattern.phase() == Phase::kSettling; ++ticks) pattern.tick();
+    EXPECT_LE(ticks * kPeriod, 0.3) << count << " steps";
+  }
+}
+
+TEST(WalkingPattern, RefusesStepsItCannotWalk) {
+  WalkingPattern pattern({}, hal::Stance::parallel({}, 0.19));
+  const Footstep left{Foot::kLeft, {0.1, 0.19, 0}}, right{Foot::kRight, {0.1, -0.19, 0}};
+  Footstep hurried = right;
+  hurried.duration = seconds(0.75);
+  EXPECT_TRUE(pattern.push(left));
+  EXPECT_FALSE(pattern.push(left)) << "the same foot twice";
+  EXPECT_FALSE(pattern.push(hurried));
+  for (std::size_t i = 1; i < WalkingPattern::kQueue; ++i)
+    EXPECT_TRUE(pattern.push(i % 2 == 1 ? right : left));
+  EXPECT_EQ(pattern.queue_free(), 0U);
+  EXPECT_FALSE(pattern.push(left)) << "full";
+}
+
+TEST(WalkingPattern, RefusesAWindowLongerThanWhatIsKnown) {
+  WalkingConfig config;
+  config.preview.window = 1.6;
+  EXPECT_THROW(WalkingPattern(config, hal::Stance::parallel({}, 0.19)), InputError);
+  config.double_support = 0.02;
+  config.preview.window = 1.58;
+  EXPECT_NO_THROW(WalkingPattern(config, hal::Stance::parallel({}, 0.19)));
+}
+
+}  // namespace
+}  // namespace headway::nav
