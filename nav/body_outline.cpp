@@ -56,9 +56,13 @@ double distance_to_square(const BodyOutline& outline, const Pose2& base, const V
   const Vector2d in_base(c * offset.x() + s * offset.y(), -s * offset.x() + c * offset.y());
   const Vector2d rectangle(outline.half_depth, outline.half_width);
   const double half = size / 2;
-  // The square is smaller than the rectangle or the rectangle is a point, so they meet only where a corner of
-  // the one lies in the other, and apart from that the nearest points are a corner of the one and a side of
-  // the other.
+  const double span = half * (std::abs(c) + std::abs(s));
+  const Vector2d shadow(std::abs(c) * rectangle.x() + std::abs(s) * rectangle.y(),
+                        std::abs(s) * rectangle.x() + std::abs(c) * rectangle.y());
+  const bool apart = (offset.cwiseAbs().array() > shadow.array() + half).any() ||
+                     (in_base.cwiseAbs().array() > rectangle.array() + span).any();
+  if (!apart) return 0;  // no side of either parts them, so they meet
+  // Else the nearest points are a corner of the one and a side of the other.
   double nearest = std::numeric_limits<double>::infinity();
   for (int corner = 0; corner < 4; ++corner) {
     const double sx = (corner & 1) ? 1 : -1, sy = (corner & 2) ? 1 : -1;

@@ -2,13 +2,12 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
-#include <utility>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
+#include "tests/nav/cell_set.h"
 #include "tests/nav/random_floor.h"
 
 namespace headway::nav {
@@ -72,18 +71,16 @@ void check_walk(const Walk& walk, const Standing& from, const GaitLimits& gait) 
   ASSERT_TRUE(parallel(stance, gait.feet_apart));
 }
 
-using Cells = std::set<std::pair<int, int>>;
-
-void add(Cells& cells, const std::vector<Vector2i>& more) {
-  for (const Vector2i& c : more) cells.insert({c.x(), c.y()});
+void add(CellSet& cells, const std::vector<Vector2i>& more) {
+  for (const Vector2i& c : more) cells.insert(c);
 }
 
 /// All cells that the planner made sure of: the masks of the motions, and the turns at both ends.
-Cells swept(const Path& path, const FloorGrid& grid, const Masks& masks, const BodyOutline& body) {
-  Cells cells;
+CellSet swept(const Path& path, const FloorGrid& grid, const Masks& masks, const BodyOutline& body) {
+  CellSet cells(-40, 240);
   const auto turn = [&](const Vector2d& place, double from, double to) {
-    for (int i = 0; i <= 90; ++i) {
-      const double yaw = from + wrap_angle(to - from) * i / 90;
+    for (int i = 0; i <= 30; ++i) {
+      const double yaw = from + wrap_angle(to - from) * i / 30;
       add(cells, body_cells(grid, body, {place.x(), place.y(), yaw}));
     }
   };
@@ -113,7 +110,7 @@ Cells swept(const Path& path, const FloorGrid& grid, const Masks& masks, const B
 void check_body(const Walk& walk, const Path& path, const FloorGrid& grid, const Masks& masks) {
   BodyOutline three_centimetres_less;
   three_centimetres_less.safety_margin -= 0.03;
-  const Cells sure = swept(path, grid, masks, BodyOutline{});
+  const CellSet sure = swept(path, grid, masks, BodyOutline{});
   Pose2 before = path.start;
   for (std::size_t i = 0; i < walk.bases.size(); ++i) {
     const Pose2& after = walk.bases[i];
@@ -121,7 +118,7 @@ void check_body(const Walk& walk, const Path& path, const FloorGrid& grid, const
       const Vector2d p = before.position() + t * (after.position() - before.position());
       const Pose2 between{p.x(), p.y(), before.yaw + t * wrap_angle(after.yaw - before.yaw)};
       for (const Vector2i& c : body_cells(grid, three_centimetres_less, between)) {
-        ASSERT_TRUE(sure.contains({c.x(), c.y()})) << "step " << i << " of " << walk.bases.size();
+        ASSERT_TRUE(sure.contains(c)) << "step " << i << " of " << walk.bases.size();
       }
     }
     before = after;
@@ -139,10 +136,10 @@ double last_leg(const Path& path) {
 TEST(Footsteps, OfAnyPathKeepTheLimitsAndEndParallelAtTheGoal) {
   Dice dice(7);
   const GaitLimits gait;
+  Planner planner({}, gait, {}, hall().grid);
   int walked = 0;
   for (int run = 0; run < 150; ++run) {
     FloorMap map = run % 2 == 0 ? hall() : random_floor(160, 140, 0.05, dice);
-    Planner planner({}, gait, {}, map.grid);
     const Pose2 place{dice.real(0, 6), dice.real(1, 6.5), dice.real(-4, 4)};
     const Standing standing = some_standing(dice, place, gait);
     const Pose2 start = gait_base(standing.stance, standing.last_foot, gait);

@@ -2,21 +2,19 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
-#include <utility>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
 #include "nav/blocked_motions.h"
+#include "tests/nav/cell_set.h"
 
 namespace headway::nav {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector2i;
-using Cells = std::set<std::pair<int, int>>;
 
 /// Points of the outline's rim and inside, in the base frame, no farther apart than `spacing`: the rectangle,
 /// grown by the clearance with round corners.
@@ -51,24 +49,29 @@ std::vector<Pose2> sample_motion(const Motion& m, double resolution, int samples
   return poses;
 }
 
-std::pair<int, int> cell_of(const Vector2d& p, double resolution) {
+constexpr int kLowest = -60, kSide = 121;
+
+Vector2i cell_of(const Vector2d& p, double resolution) {
   return {static_cast<int>(std::floor(p.x() / resolution + 0.5)),
           static_cast<int>(std::floor(p.y() / resolution + 0.5))};
 }
 
-Cells cells_of(const Mask& mask) {
-  Cells cells;
+CellSet cells_of(const Mask& mask) {
+  CellSet cells(kLowest, kSide);
   for (const Mask::Run& run : mask.runs) {
     for (int x = run.first; x <= run.last; ++x) cells.insert({x, run.dy});
   }
   return cells;
 }
 
-Cells sampled_cells(const BodyOutline& outline, const Motion& m, double resolution, double spacing) {
-  Cells cells;
+CellSet sampled_cells(const BodyOutline& outline, const Motion& m, double resolution, double spacing) {
+  CellSet cells(kLowest, kSide);
   const auto points = sample_outline(outline, spacing);
   for (const Pose2& pose : sample_motion(m, resolution, 60)) {
-    for (const Vector2d& p : points) cells.insert(cell_of(pose * p, resolution));
+    const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+    for (const Vector2d& p : points) {
+      cells.insert(cell_of({pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y()}, resolution));
+    }
   }
   return cells;
 }
@@ -91,16 +94,13 @@ TEST(Masks, HoldEveryPointThatTheSweptBodyCovers) {
   for (int heading = 0; heading < kHeadings; ++heading) {
     for (int number = 0; number < kMotions; ++number) {
       const Motion m{heading, number};
-      const Cells mask = cells_of(masks.of(m));
-      for (const auto& cell : sampled_cells(hrp2, m, 0.05, 0.01)) {
-        ASSERT_TRUE(mask.contains(cell))
-            << heading << " " << number << ": " << cell.first << "," << cell.second;
-      }
+      ASSERT_TRUE(cells_of(masks.of(m)).includes(sampled_cells(hrp2, m, 0.05, 0.01)))
+          << heading << " " << number;
     }
   }
 }
 
-TEST(Masks, HoldNoCellThatTheBodyStaysOneCentimetreAwayFrom) {
+TEST(Masks, HoldNoCellThatTheBodyStaysACentimetreAwayFrom) {
   const BodyOutline hrp2;
   BodyOutline wider = hrp2;
   wider.safety_margin += 0.01;
@@ -108,10 +108,8 @@ TEST(Masks, HoldNoCellThatTheBodyStaysOneCentimetreAwayFrom) {
   for (int heading = 0; heading < kHeadings; ++heading) {
     for (int number = 0; number < kMotions; ++number) {
       const Motion m{heading, number};
-      const Cells touched = sampled_cells(wider, m, 0.05, 0.005);
-      for (const auto& cell : cells_of(masks.of(m))) {
-        ASSERT_TRUE(touched.contains(cell)) << heading << " " << number;
-      }
+      ASSERT_TRUE(sampled_cells(wider, m, 0.05, 0.005).includes(cells_of(masks.of(m))))
+          << heading << " " << number;
     }
   }
 }
@@ -126,8 +124,8 @@ TEST(Masks, OfOtherBodiesAndGridsHoldWhatTheyCoverToo) {
     BodyOutline inner = outline;
     inner.safety_margin = std::max(0.0, inner.safety_margin - 1e-9);
     const Masks masks(outline, resolution);
-    for (const auto& cell : sampled_cells(inner, m, resolution, 0.02)) {
-      RC_ASSERT(masks.of(m).contains(Vector2i(cell.first, cell.second)));
+    for (const Vector2i& cell : sampled_cells(inner, m, resolution, 0.02).cells()) {
+      RC_ASSERT(masks.of(m).contains(cell));
     }
   });
 }
@@ -137,12 +135,14 @@ TEST(Masks, RefuseAGridTooFineForTheBody) { EXPECT_THROW(Masks(BodyOutline{}, 0.
 TEST(BlockedMotions, AreThoseWhoseMaskMeetsAnObstacle) {
   const Masks masks(BodyOutline{}, 0.1);
   MaskDilation dilation(masks);
+  std::vector<std::vector<Vector2i>> offsets;
+  for (int c = 0; c < kConfigurations; ++c) offsets.push_back(cells_of(masks.of(c)).cells());
   rc::check([&] {
     const int width = *rc::gen::inRange(1, 150), height = *rc::gen::inRange(1, 40);
     const bool outside = *rc::gen::arbitrary<bool>();
     CellBits bits;
     bits.reset(width, height, outside);
-    Cells obstacles;
+    CellSet obstacles(0, 150);
     for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
       const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
       bits.set(x, y);
@@ -155,8 +155,8 @@ TEST(BlockedMotions, AreThoseWhoseMaskMeetsAnObstacle) {
       const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
       const Motion m{*rc::gen::inRange(0, kHeadings), *rc::gen::inRange(0, kMotions)};
       bool hit = false;
-      for (const auto& [dx, dy] : cells_of(masks.of(m))) {
-        const int cx = x + dx, cy = y + dy;
+      for (const Vector2i& offset : offsets[static_cast<std::size_t>(m.configuration())]) {
+        const int cx = x + offset.x(), cy = y + offset.y();
         const bool inside = cx >= 0 && cy >= 0 && cx < width && cy < height;
         hit |= inside ? obstacles.contains({cx, cy}) : outside;
       }
@@ -171,21 +171,21 @@ TEST(BodyCells, AreThoseUnderTheOutlineAndOnTheGrid) {
     const FloorGrid grid{0.05, {-0.3, 0.2}, 30, 25};
     const Pose2 base{*rc::gen::inRange(-100, 150) * 0.01, *rc::gen::inRange(-50, 200) * 0.01,
                      *rc::gen::inRange(-314, 314) * 0.01};
-    Cells cells, must, may;
+    CellSet cells(0, 30), must(0, 30), may(0, 30);
     for (const Vector2i& c : body_cells(grid, BodyOutline{}, base)) {
       RC_ASSERT(grid.contains(c));
-      cells.insert({c.x(), c.y()});
+      cells.insert(c);
     }
-    const auto sampled = [&](const BodyOutline& o, Cells& into) {
+    const auto sampled = [&](const BodyOutline& o, CellSet& into) {
       for (const Vector2d& p : sample_outline(o, 0.005)) {
         const Vector2i c = grid.cell(base * p);
-        if (grid.contains(c)) into.insert({c.x(), c.y()});
+        if (grid.contains(c)) into.insert(c);
       }
     };
     sampled(BodyOutline{0.20, 0.31, 0.03, 0.0499}, must);
     sampled(BodyOutline{0.20, 0.31, 0.03, 0.06}, may);
-    RC_ASSERT(std::includes(cells.begin(), cells.end(), must.begin(), must.end()));
-    RC_ASSERT(std::includes(may.begin(), may.end(), cells.begin(), cells.end()));
+    RC_ASSERT(cells.includes(must));
+    RC_ASSERT(may.includes(cells));
   });
 }
 
