@@ -4,28 +4,33 @@
 #include <opencv2/core.hpp>
 
 #include "vision/triangulation.h"
+#include "vision/veil.h"
 
 namespace headway::vision {
 
 StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
     : rectifier_(rig, config.scale),
       sigma_(config.sigma),
+      veils_(config.veils),
       matcher_(std::make_unique<SgbmMatcher>(disparity_range(rectifier_.rig()), config.matcher)) {
   sigma_.base = rectifier_.rig().disparity_sigma;
 }
 
 const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
   disparity_.resize(camera().width, camera().height);
-  if (usable(frame)) try {
-      rectifier_.rectify(frame.left, frame.right, left_, right_);
-      matcher_->match(left_, right_, disparity_);
-      estimate_sigma(sigma_, disparity_);
-    } catch (const cv::Exception& e) {
-      fault_ = fmt::format("the pair could not be matched: {}", e.err);
-      disparity_.resize(camera().width, camera().height);
-    }
+  if (usable(frame)) find_disparities(frame);
   range_view(disparity_, rig(), view_);
+  drop_veils(disparity_, veils_, view_);
   return view_;
+}
+
+void StereoVision::find_disparities(const hal::StereoFrame& frame) try {
+  rectifier_.rectify(frame.left, frame.right, left_, right_);
+  matcher_->match(left_, right_, disparity_);
+  estimate_sigma(sigma_, disparity_);
+} catch (const cv::Exception& e) {
+  fault_ = fmt::format("the pair could not be matched: {}", e.err);
+  disparity_.resize(camera().width, camera().height);
 }
 
 bool StereoVision::usable(const hal::StereoFrame& frame) {

@@ -10,12 +10,14 @@
 #include "vision/range_view.h"
 #include "vision/rectify.h"
 #include "vision/rig.h"
+#include "vision/veil.h"
 
 namespace headway::vision {
 
 struct VisionConfig {
   double scale = 1;  ///< of the matched images: 0.5 is four times faster and half as precise
   SgbmConfig matcher;
+  VeilFilter veils;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
 };
 
@@ -43,9 +45,11 @@ class StereoVision {
 
  private:
   bool usable(const hal::StereoFrame& frame);
+  void find_disparities(const hal::StereoFrame& frame);
 
   Rectifier rectifier_;
   SigmaModel sigma_;
+  VeilFilter veils_;
   std::unique_ptr<Matcher> matcher_;
   hal::GrayImage left_, right_;
   DisparityImage disparity_;
