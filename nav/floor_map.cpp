@@ -1,6 +1,7 @@
 #include "nav/floor_map.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 
 #include "hal/error.h"
@@ -15,6 +16,14 @@ struct Columns {
   std::vector<std::uint8_t> floor;      ///< an occupied voxel at the foot
 };
 
+/// Whether a row of eight voxels holds an occupied one: all others are negative.
+bool any_occupied(const LogOdds* row) {
+  static_assert(log_odds::kOccupied == 0);
+  std::uint64_t bytes = 0;
+  std::memcpy(&bytes, row, sizeof bytes);
+  return (~bytes & 0x8080808080808080U) != 0;
+}
+
 void gather(const VoxelMap& map, const FloorMapConfig& config, std::size_t brick, const FloorGrid& grid,
             Columns& columns) {
   constexpr int kEdge = VoxelMap::kBrickEdge;
@@ -26,14 +35,15 @@ void gather(const VoxelMap& map, const FloorMapConfig& config, std::size_t brick
     const bool obstacle = height > config.floor_tolerance && height < config.body_height;
     if (!foot && !obstacle) continue;
     for (int y = 0; y < kEdge; ++y) {
+      const LogOdds* row = values.data() + VoxelMap::in_brick(0, y, z);
+      if (!any_occupied(row)) continue;
       for (int x = 0; x < kEdge; ++x) {
-        const LogOdds value = values[static_cast<std::size_t>(VoxelMap::in_brick(x, y, z))];
-        if (value < log_odds::kOccupied) continue;
+        if (row[x] < log_odds::kOccupied) continue;
         const std::size_t cell = grid.index({first.x() + x, first.y() + y});
         if (foot) columns.floor[cell] = 1;
         if (!obstacle) continue;
         columns.obstacles[cell] = static_cast<std::uint8_t>(std::min(columns.obstacles[cell] + 1, 28));
-        if (value >= config.strong) columns.strong[cell] = 1;
+        if (row[x] >= config.strong) columns.strong[cell] = 1;
       }
     }
   }
