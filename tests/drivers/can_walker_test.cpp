@@ -313,6 +313,22 @@ TEST_F(Walking, TheChestPoseIsTheOneSentAtItsOwnTime) {
   EXPECT_TRUE(chest.odom_from_chest.isApprox(expected, 1e-12));
 }
 
+TEST(ChestPose, IsNotPairedAcrossTheTurnOfTheSampleNumber) {
+  testing::ScriptedBus bus;
+  CanWalker walker(bus);
+  hal::bus::Protector xy(hal::bus::ChestXY::kDataId), rotation(hal::bus::ChestZRot::kDataId);
+  const auto hear = [&](std::optional<hal::CanFrame> frame, hal::bus::Protector& protector, Time stamp) {
+    protector.protect(frame.value());
+    frame->stamp = stamp;
+    walker.receive(*frame);
+  };
+  hear(hal::bus::ChestXY{.sample = 5}.pack(), xy, at_seconds(1));
+  hear(hal::bus::ChestZRot{.sample = 5}.pack(), rotation, at_seconds(1.32));
+  EXPECT_EQ(walker.chest().stamp, Time{});
+  hear(hal::bus::ChestXY{.sample = 5}.pack(), xy, at_seconds(1.321));
+  EXPECT_EQ(walker.chest().stamp, at_seconds(1.321));
+}
+
 RC_GTEST_PROP(ChestPose, NeverMixesHalvesOfDifferentPoses, ()) {
   WalkerBench bench;
   const unsigned loss = *rc::gen::inRange(0u, 60u);

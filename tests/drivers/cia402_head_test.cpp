@@ -94,6 +94,9 @@ TEST(HeadStart, FirstTellsTheDrivesToStayWhereTheyAre) {
   EXPECT_THAT(bench.pan.set_points, ElementsAre(12345));
   EXPECT_THAT(bench.tilt.set_points, ElementsAre(-6789));
   EXPECT_EQ(bench.pan.position, 12345);
+  for (const auto& frame : bench.bus.sent_with(0x211)) {
+    EXPECT_NEAR(hal::bus::DriveCommand::unpack(frame)->target_deg, 12.345, 1e-9);
+  }
   EXPECT_NEAR(bench.head.state().position.pan, 12.345 * kDegree, 1e-9);
   EXPECT_NEAR(bench.head.state().target.tilt, -6.789 * kDegree, 1e-9);
   EXPECT_FALSE(bench.head.state().moving);

@@ -1,0 +1,168 @@
+// Both masters against the simulated robot, whose drives and control computer were written from the standards
+// and docs/bus.md without looking at them.
+#include <array>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "drivers/can_walker.h"
+#include "drivers/cia402_head.h"
+#include "sim_hal/robot.h"
+
+namespace headway::drivers {
+namespace {
+
+using hal::HeadHealth;
+using hal::WalkerHealth;
+using hal::WalkRequest;
+using hal::WalkState;
+
+class SimulatedRobot : public ::testing::Test {
+ protected:
+  void cycle() {
+    now += sim::SimRobot::kPeriod;
+    robot.step(now);
+    std::array<hal::CanFrame, 32> frames;
+    for (std::size_t n; (n = robot.bus().receive(frames)) > 0;) {
+      for (std::size_t i = 0; i < n; ++i) {
+        head.receive(frames[i]);
+        walker.receive(frames[i]);
+      }
+    }
+    head.tick(now);
+    walker.tick(now);
+  }
+  bool until(const std::function<bool()>& done, double limit) {
+    for (const Time end = now + seconds(limit); now < end && !done();) cycle();
+    return done();
+  }
+  bool ready(double limit = 3) {
+    return until([&] { return head.state().health == HeadHealth::kReady; }, limit);
+  }
+  /// Steps on the spot, then smoothly to rest; whether all were accepted and the robot stands again.
+  bool walk(std::uint8_t session, std::uint32_t steps) {
+    std::uint32_t next = 0;
+    walker.control(WalkRequest::kWalk, session, {});
+    const auto all_taken = [&] {
+      const bool left = next % 2 == 0;
+      const hal::Footstep step{
+          left ? hal::Foot::kLeft : hal::Foot::kRight, {0, left ? 0.19 : -0.19, 0}, 0, seconds(0.8)};
+      if (next < steps && walker.send(session, {next, step})) ++next;
+      return next == steps && walker.unanswered() == 0;
+    };
+    if (!until(all_taken, 2.0 + 2.0 * steps)) return false;
+    walker.control(WalkRequest::kSmoothStop, session, {});
+    return until(
+        [&] {
+          return walker.status().session == session && walker.status().state == WalkState::kStanding &&
+                 walker.status().executing == (steps - 1) % 64;
+        },
+        5.0 + steps);
+  }
+
+  sim::SimRobot robot{sim::RobotConfig{}, Pose2{}};
+  Cia402Head head{robot.bus(), {}};
+  CanWalker walker{robot.bus()};
+  Time now{};
+};
+
+TEST_F(SimulatedRobot, HasItsHeadReadyWithinTwoSeconds) {
+  EXPECT_TRUE(ready(2));
+  EXPECT_EQ(walker.health(), WalkerHealth::kReady);
+  EXPECT_NEAR(robot.head().pan, 0, 1e-4);
+}
+
+TEST_F(SimulatedRobot, LooksWhereItIsToldAndReportsWhereItLooks) {
+  ASSERT_TRUE(ready());
+  head.command({0.4, 0.3});
+  double worst = 0;
+  ASSERT_TRUE(until(
+      [&] {
+        // A report is at most a SYNC old: 20 ms and a few of transport at 1 rad/s.
+        worst = std::max(worst, std::abs(head.state().position.pan - robot.head().pan));
+        return !head.state().moving;
+      },
+      3));
+  EXPECT_LT(worst, 0.04);
+  EXPECT_NEAR(robot.head().pan, 0.4, 2e-3);
+  EXPECT_NEAR(robot.head().tilt, 0.3, 2e-3);
+}
+
+TEST_F(SimulatedRobot, NeverTurnsBeyondItsLimits) {
+  ASSERT_TRUE(ready());
+  for (const hal::HeadAngles far : {hal::HeadAngles{3, 3}, hal::HeadAngles{-3, -3}}) {
+    head.command(far);
+    until(
+        [&] {
+          EXPECT_LT(std::abs(robot.head().pan), 0.787);
+          EXPECT_GT(robot.head().tilt, -0.525);
+          return !head.state().moving;
+        },
+        5);
+  }
+  EXPECT_NEAR(robot.head().pan, -0.7854, 2e-3);
+}
+
+TEST_F(SimulatedRobot, ComesBackWithoutAJumpWhenADriveReboots) {
+  ASSERT_TRUE(ready());
+  head.command({0.4, 0.3});
+  ASSERT_TRUE(until([&] { return !head.state().moving; }, 3));
+  robot.pan_drive().reboot();
+  const double before = robot.head().pan;
+  ASSERT_TRUE(until([&] { return head.state().health != HeadHealth::kReady; }, 1));
+  double worst = 0;
+  ASSERT_TRUE(until(
+      [&] {
+        worst = std::max(worst, std::abs(robot.head().pan - before));
+        return head.state().health == HeadHealth::kReady;
+      },
+      5));
+  EXPECT_LT(worst, 5e-3);
+  EXPECT_EQ(head.pan().boot_ups, 2u);
+}
+
+TEST_F(SimulatedRobot, FaultsWhileADriveIsSilentAndComesBackWithIt) {
+  ASSERT_TRUE(ready());
+  robot.tilt_drive().set_silent(true);
+  ASSERT_TRUE(until([&] { return head.state().health == HeadHealth::kFault; }, 1));
+  EXPECT_EQ(head.tilt().failure, DriveFailure::kGone);
+  robot.tilt_drive().set_silent(false);
+  EXPECT_TRUE(ready(5));
+}
+
+TEST_F(SimulatedRobot, WalksEveryStepOfTwoSessions) {
+  ASSERT_TRUE(ready());
+  EXPECT_TRUE(walk(1, 6));
+  EXPECT_TRUE(walk(2, 70));  // past the turn of the numbers
+  EXPECT_EQ(robot.control().counters().accepted, 76u);
+  EXPECT_EQ(robot.control().counters().rejected, 0u);
+  EXPECT_EQ(robot.control().counters().unusable, 0u);
+  EXPECT_FALSE(robot.fallen());
+}
+
+TEST_F(SimulatedRobot, WalksEveryStepThoughFramesAreLostAndDamaged) {
+  ASSERT_TRUE(ready());
+  std::uint32_t noise = 7;
+  const auto one_in = [&noise](std::uint32_t n) {
+    noise = noise * 1664525u + 1013904223u;
+    return (noise >> 8) % n == 0;
+  };
+  robot.can().drop_if([&](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(10); });
+  robot.can().corrupt_if(
+      [&](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
+  EXPECT_TRUE(walk(1, 20));
+  EXPECT_EQ(robot.control().counters().accepted, 20u);
+  EXPECT_GT(robot.control().counters().unusable, 0u);
+  EXPECT_GT(walker.counts().wrong_crc, 0u);
+  EXPECT_FALSE(robot.fallen());
+}
+
+TEST_F(SimulatedRobot, KnowsItsChestAtItsTime) {
+  ASSERT_TRUE(ready());
+  const auto chest = walker.chest();
+  EXPECT_LT(now - chest.stamp, std::chrono::milliseconds(60));
+  EXPECT_TRUE(chest.odom_from_chest.isApprox(robot.control().odom_from_chest(), 1e-2));
+}
+
+}  // namespace
+}  // namespace headway::drivers
