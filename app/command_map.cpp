@@ -68,6 +68,8 @@ Ground find_ground(const Sequence& sequence, SequenceEyes& eyes) {
   if (sequence.world_is_level) {
     up = Eigen::Vector3d::UnitZ();
     ground.report["up"] = "z of the recorded poses";
+    if (sequence.rotations_inverted)
+      ground.report["rotations"] = "of the pose table read as camera from world";
   } else {
     const Eigen::Vector3d guess =
         up.norm() > 1e-6 ? Eigen::Vector3d(up.normalized()) : -Eigen::Vector3d::UnitY();
@@ -206,9 +208,9 @@ class MapRun {
     MapViewConfig config;
     config.title = "as the camera looked, from behind it";
     Lookout behind;
-    const Eigen::Vector3d eye = first.translation();
-    behind.eye = eye + Eigen::Vector3d(-1.6, 0, 0.7);
-    behind.target = eye + Eigen::Vector3d(2.5, 0, -0.5);
+    const Eigen::Vector3d eye = first.translation(), ahead = first.linear().col(2);
+    behind.eye = eye - 0.9 * ahead + Eigen::Vector3d(0, 0, 0.3);
+    behind.target = eye + 2 * ahead;
     write_png(map_view(*map_, behind, config), options_.out / "map_view.png");
     config.title = "from above, through the backs of walls and ceiling";
     write_png(map_view(*map_, bird_view(*map_, config, std::numbers::pi + 0.5, 0.9), config),

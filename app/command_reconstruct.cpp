@@ -151,14 +151,14 @@ class Reconstruction {
 
   static cv::Mat voxel_picture(const nav::VoxelMap& voxels, const vision::RangeView& view) {
     MapViewConfig config;
-    config.floor_height = voxels.lowest().z() - 1;  // none is known
+    config.floor_height = MapViewConfig::kNoFloor;
     config.colour_lowest = std::max(voxels.lowest().z(), -1.0);
     config.colour_highest = std::min(voxels.highest().z(), 1.0);
     config.title = "what was reconstructed, from beside the camera";
     Lookout from;
     const double middle = (std::max(view.near, 0.3) + view.far) / 2;
-    from.eye = {-0.15 * middle, 0.45 * middle, 0.35 * middle};
-    from.target = {middle, 0, -0.05 * middle};
+    from.eye = {-0.12 * middle, 0.22 * middle, 0.14 * middle};
+    from.target = {0.8 * middle, 0, -0.05 * middle};
     return map_view(voxels, from, config);
   }
 
@@ -181,12 +181,21 @@ class Reconstruction {
                                    options_.truth, truth.width, truth.height, found.width, found.height));
     }
     const vision::MatchQuality quality = vision::compare(found, truth);
-    report_["density_of_all"] = report_["density"];
-    report_["density"] = rounded(quality.density);  // where the truth is known
+    // Where the truth is known and its partner lies in the right image; before, of all pixels.
+    report_["density_of_pixels"] = report_["density"];
+    report_["density"] = rounded(quality.density);
+    report_["density_of_all_truth"] = rounded(quality.density_of_all);
     report_["bad_1"] = rounded(quality.bad_1);
     report_["bad_2"] = rounded(quality.bad_2);
     report_["inlier_rms_px"] = rounded(quality.inlier_rms);
     report_["coverage_3_sigma"] = rounded(quality.coverage_3_sigma);
+    report_["coverage_3_sigma_of_inliers"] = rounded(quality.inlier_coverage);
+    report_["sigma_px"] = {{"p10", rounded(quality.sigma_p10)},
+                           {"median", rounded(quality.sigma_median)},
+                           {"p90", rounded(quality.sigma_p90)}};
+    report_["outside_3_sigma"] = {{"hidden_from_the_right_camera", rounded(quality.outside_hidden)},
+                                  {"at_a_depth_edge", rounded(quality.outside_at_edge)},
+                                  {"elsewhere", rounded(quality.outside_elsewhere)}};
   }
 
   ReconstructOptions options_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -11,13 +12,37 @@ namespace headway::app {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kReach = 4;            // pixels to both sides, for the two tangents of a surfel
-constexpr double kLargestJump = 3;   // a depth step of so many sigma is still one surface ...
-constexpr double kLeastJump = 0.03;  // ... and so is this share of the depth
-constexpr std::size_t kFewest = 50;  // surfels that say something
+constexpr int kStride = 3;          // every third pixel of a patch is looked at
+constexpr double kRoughest = 0.02;  // share of the depth by which a patch may leave its plane, with its noise
+constexpr double kMostMissing = 0.2;  // share of a patch's pixels without a depth
+constexpr std::size_t kFewest = 50;   // surfels that say something
 
-bool smooth(double z, double other, double sigma) {
-  return std::isfinite(other) && std::abs(other - z) < std::max(kLargestJump * sigma, kLeastJump * z);
+/// The plane n . p = 1 through a patch, in the camera's frame: planes are linear in inverse depth, and its
+/// noise is the same everywhere. Nothing where the patch is no plane.
+std::optional<Eigen::Vector3d> fit_plane(const vision::RangeView& view, int u0, int v0, int reach) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double squares = 0, noise = 0;
+  int found = 0, asked = 0;
+  for (int v = v0 - reach; v <= v0 + reach; v += kStride) {
+    for (int u = u0 - reach; u <= u0 + reach; u += kStride) {
+      ++asked;
+      const auto z = static_cast<double>(view.depth[view.index(u, v)]);
+      if (!(z >= view.near && z <= view.far)) continue;
+      const Eigen::Vector3d ray = view.camera.point(u, v, 1);
+      sum += ray * ray.transpose();
+      right += ray / z;
+      squares += 1 / (z * z);
+      noise += static_cast<double>(view.sigma_depth[view.index(u, v)]) / z;
+      ++found;
+    }
+  }
+  if (found < (1 - kMostMissing) * asked) return std::nullopt;
+  const Eigen::Vector3d n = sum.ldlt().solve(right);
+  const double left_over = std::max(0.0, squares - n.dot(right));  // of least squares
+  const double rms = std::sqrt(left_over / squares);               // as a share of the depth
+  if (!n.allFinite() || rms > kRoughest + 2 * noise / found) return std::nullopt;
+  return n;
 }
 
 /// How well a direction suits the surfels: each counts that lies within a few degrees of level or of upright.
@@ -63,24 +88,18 @@ std::vector<Surfel> thinned(const std::vector<Surfel>& surfels, std::size_t want
 void add_surfels(const vision::RangeView& view, const Eigen::Isometry3d& world_from_camera,
                  std::size_t wanted, std::vector<Surfel>& into) {
   const vision::PinholeCamera& c = view.camera;
+  const int reach = std::max(4, c.width / 50);
   const double area = static_cast<double>(c.width) * c.height;
   const int step =
       std::max(2, static_cast<int>(std::sqrt(area / static_cast<double>(std::max<std::size_t>(wanted, 1)))));
-  const auto depth = [&](int u, int v) { return static_cast<double>(view.depth[view.index(u, v)]); };
-  for (int v = kReach; v + kReach < c.height; v += step) {
-    for (int u = kReach; u + kReach < c.width; u += step) {
-      const double z = depth(u, v);
+  for (int v = reach; v + reach < c.height; v += step) {
+    for (int u = reach; u + reach < c.width; u += step) {
+      const auto n = fit_plane(view, u, v, reach);
+      if (!n) continue;
+      const Eigen::Vector3d ray = c.point(u, v, 1);
+      const double z = 1 / n->dot(ray);
       if (!(z >= view.near && z <= view.far)) continue;
-      const double sigma = static_cast<double>(view.sigma_depth[view.index(u, v)]);
-      const double west = depth(u - kReach, v), east = depth(u + kReach, v);
-      const double north = depth(u, v - kReach), south = depth(u, v + kReach);
-      if (!smooth(z, west, sigma) || !smooth(z, east, sigma)) continue;
-      if (!smooth(z, north, sigma) || !smooth(z, south, sigma)) continue;
-      const Eigen::Vector3d along = c.point(u + kReach, v, east) - c.point(u - kReach, v, west);
-      const Eigen::Vector3d down = c.point(u, v + kReach, south) - c.point(u, v - kReach, north);
-      const Eigen::Vector3d normal = down.cross(along).normalized();  // of a wall ahead: towards the camera
-      if (!normal.allFinite()) continue;
-      into.push_back({world_from_camera * c.point(u, v, z), world_from_camera.linear() * normal});
+      into.push_back({world_from_camera * (z * ray), -(world_from_camera.linear() * n->normalized())});
     }
   }
 }

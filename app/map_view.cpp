@@ -191,7 +191,7 @@ cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewCon
     const double z = config.colour_lowest + share * (config.colour_highest - config.colour_lowest);
     keys.push_back({ramp_colour(Ramp::kViridis, share), height_label(z)});
   }
-  keys.push_back({kFloor, "floor"});
+  if (std::isfinite(config.floor_height)) keys.push_back({kFloor, "floor"});
   if (config.show_unseen) keys.push_back({mixed(kSky, kVeil, 0.5), "unseen"});
   draw_keys(image, {12, 36}, keys, colours::kInk);
   return image;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -28,7 +29,8 @@ struct MapViewConfig {
   bool seen_sides_only = true;
   /// Voxels outside are not drawn, so that one can look under a ceiling or through a near wall [m].
   Eigen::Vector3d lowest{-1e9, -1e9, -1e9}, highest{1e9, 1e9, 1e9};
-  double floor_height = 0;  ///< where figures stand and floor marks lie [m]
+  static constexpr double kNoFloor = std::numeric_limits<double>::quiet_NaN();
+  double floor_height = 0;  ///< where figures stand and floor marks lie [m]; kNoFloor: it is not known where
   /// Heights that the colours span [m]; what is lower or higher has the end's colour.
   double colour_lowest = 0, colour_highest = 2.0;
   std::string title;

@@ -98,6 +98,20 @@ fs::path find_pose_table(const fs::path& folder) {
   return tables.front();
 }
 
+/// Tables of left camera poses say q_RS, but those of EuRoC's V1_01 hold its inverse (their positions are
+/// right: both compared with EuRoC's own body poses). Of the two readings the one under which the images
+/// stand upright is taken.
+bool turn_upright(std::vector<StampedPose>& table) {
+  double as_written = 0, inverse = 0;
+  for (const StampedPose& p : table) {
+    as_written -= p.pose.linear()(2, 1);  // how far the image's top points up
+    inverse -= p.pose.linear()(1, 2);
+  }
+  if (as_written >= inverse) return false;
+  for (StampedPose& p : table) p.pose.linear() = p.pose.linear().transpose().eval();
+  return true;
+}
+
 /// Looks poses up by stamp.
 class Poses {
  public:
@@ -179,7 +193,9 @@ Sequence read_stereo_sequence(const fs::path& folder, const SequenceOptions& opt
   const std::vector<Pair> pairs = read_pairs(folder);
   sequence.rig = options.rig ? vision::read_rig(*options.rig) : vision::read_euroc_rig(folder);
   const fs::path table = find_pose_table(folder);
-  const Poses poses(read_pose_table(table), options);
+  std::vector<StampedPose> stamped = read_pose_table(table);
+  sequence.rotations_inverted = turn_upright(stamped);
+  const Poses poses(std::move(stamped), options);
   for (const Pair& pair : pairs) {
     std::string why;
     const std::string name = pair.left.stem().string();

@@ -37,6 +37,7 @@ struct Sequence {
   std::optional<vision::StereoRig> rig;  ///< kStereo
   vision::PinholeCamera camera;          ///< kDepth; size from the first image
   bool world_is_level = false;           ///< the poses' z axis is known to point up
+  bool rotations_inverted = false;       ///< the pose table's rotations were read as camera from world
   std::vector<std::string> skipped;      ///< frames left out, each with its reason
 };
 
