@@ -118,7 +118,7 @@ FloorHeight estimate_floor(const std::vector<Surfel>& surfels, const Eigen::Vect
     all.push_back(s.point.dot(up));
     if (s.normal.dot(up) > std::cos(15 * kDegree)) level.push_back(all.back());
   }
-  if (all.empty()) return {0, "nothing was seen; the camera's own height is taken for the floor"};
+  if (all.empty()) return {0, "nothing was seen; the poses' own zero is taken"};
   std::sort(all.begin(), all.end());
   const double lowest = all[all.size() / 100];
   if (level.size() < kFewest)
