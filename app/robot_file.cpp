@@ -72,6 +72,7 @@ void read_map(const Section& map, Robot& robot) {
   robot.mapper.floor.body_height = map.number("body_height", {0.2, 3, "m"});
   robot.mapper.voxels.obstacle_height = robot.mapper.floor.body_height;
   robot.mapper.start_area.radius = map.number("start_radius", {0, 3, "m"});
+  robot.mapper.integration.supporters = map.integer("supporters", {0, 8});
   robot.mapper.floor.validate();
 }
 

@@ -161,6 +161,12 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   double oldest = 0;
   for (const auto& step : session.steps()) oldest = std::max(oldest, to_seconds(step.frame_age));
   report["oldest_frame_age_s"] = rounded(oldest, 3);
+  report["events"] = Json::array();
+  for (const SimEvent& event : session.events())
+    report["events"].push_back({{"t_s", rounded(to_seconds(event.time), 3)},
+                                {"state", name(event.state)},
+                                {"x", rounded(event.base.x, 3)},
+                                {"y", rounded(event.base.y, 3)}});
   report["steps"] = Json::array();
   for (const auto& step : session.steps()) report["steps"].push_back(step_row(step));
   return report;

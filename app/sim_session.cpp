@@ -191,6 +191,8 @@ void SimSession::move_world(Time now) {
 void SimSession::note() {
   runtime::StepRecord record;
   while (links_->steps.pop(record)) steps_.push_back(record);
+  if (events_.empty() || events_.back().state != mission_.state())
+    events_.push_back({clock_.now(), mission_.state(), links_->report.value().committed.stance.base()});
   if (clock_.now().time_since_epoch() % seconds(0.1) != Duration(0)) return;
   trail_.truth.push_back(body_.stance().base());
   const Eigen::Isometry3d chest = walker_.chest().odom_from_chest;

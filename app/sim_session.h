@@ -45,6 +45,13 @@ struct SimOutcome {
   double seconds = 0;         ///< simulated
 };
 
+/// When the mission went over to another state, and where the robot believed to be.
+struct SimEvent {
+  Time time{};
+  runtime::MissionState state{};
+  Pose2 base;
+};
+
 /// Samples of the run for pictures and reports.
 struct SimTrail {
   std::vector<Pose2> truth, believed;  ///< base poses, ten a second
@@ -75,6 +82,7 @@ class SimSession {
   const PrecisionCheck::Result& precision() const { return precision_.result(); }
   const std::vector<runtime::StepRecord>& steps() const { return steps_; }
   const SimTrail& trail() const { return trail_; }
+  const std::vector<SimEvent>& events() const { return events_; }
 
  private:
   runtime::Eyes& make_eyes();
@@ -106,6 +114,7 @@ class SimSession {
   PrecisionCheck precision_;
   std::vector<runtime::StepRecord> steps_;
   SimTrail trail_;
+  std::vector<SimEvent> events_;
 };
 
 }  // namespace headway::app
