@@ -8,7 +8,10 @@
 
 #include "hal/error.h"
 #include "nav/blocked_motions.h"
+#include "nav/ground.h"
+#include "nav/turn_room.h"
 #include "tests/nav/cell_set.h"
+#include "tests/nav/random_floor.h"
 
 namespace headway::nav {
 namespace {
@@ -137,33 +140,91 @@ TEST(BlockedMotions, AreThoseWhoseMaskMeetsAnObstacle) {
   MaskDilation dilation(masks);
   std::vector<std::vector<Vector2i>> offsets;
   for (int c = 0; c < kConfigurations; ++c) offsets.push_back(cells_of(masks.of(c)).cells());
-  rc::check([&] {
-    const int width = *rc::gen::inRange(1, 150), height = *rc::gen::inRange(1, 40);
-    const bool outside = *rc::gen::arbitrary<bool>();
+  Dice dice(1);
+  int hits = 0;
+  for (int run = 0; run < 150; ++run) {
+    const int width = dice.whole(1, 150), height = dice.whole(1, 40);
+    const bool outside = dice.whole(0, 2) == 0;
     CellBits bits;
     bits.reset(width, height, outside);
     CellSet obstacles(0, 150);
-    for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
-      const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
+    std::vector<Vector2i> beside;
+    for (int i = dice.whole(1, 6); i > 0; --i) {
+      const int x = dice.whole(0, width), y = dice.whole(0, height);
       bits.set(x, y);
       obstacles.insert({x, y});
+      for (int k = 0; k < 60; ++k) beside.emplace_back(x + dice.whole(-8, 9), y + dice.whole(-8, 9));
     }
     BlockedMotions blocked;
     blocked.reset(width, height);
     dilation.block(bits, 0, height - 1, blocked);
-    for (int trial = 0; trial < 200; ++trial) {
-      const int x = *rc::gen::inRange(0, width), y = *rc::gen::inRange(0, height);
-      const Motion m{*rc::gen::inRange(0, kHeadings), *rc::gen::inRange(0, kMotions)};
+    for (const Vector2i& c : beside) {
+      if (c.x() < 0 || c.y() < 0 || c.x() >= width || c.y() >= height) continue;
+      const Motion m{dice.whole(0, kHeadings), dice.whole(0, kMotions)};
       bool hit = false;
       for (const Vector2i& offset : offsets[static_cast<std::size_t>(m.configuration())]) {
-        const int cx = x + offset.x(), cy = y + offset.y();
-        const bool inside = cx >= 0 && cy >= 0 && cx < width && cy < height;
-        hit |= inside ? obstacles.contains({cx, cy}) : outside;
+        const Vector2i there = c + offset;
+        const bool inside = there.x() >= 0 && there.y() >= 0 && there.x() < width && there.y() < height;
+        hit |= inside ? obstacles.contains(there) : outside;
       }
-      const auto cell = static_cast<std::size_t>(y * width + x);
-      RC_ASSERT(((blocked.at(cell, m.heading) >> m.number & 1) != 0) == hit);
+      const auto cell = static_cast<std::size_t>(c.y() * width + c.x());
+      ASSERT_EQ((blocked.at(cell, m.heading) >> m.number & 1) != 0, hit) << "run " << run;
+      hits += hit && !outside;
     }
-  });
+  }
+  EXPECT_GT(hits, 500);
+}
+
+/// Turning HRP-2 by a right angle sweeps the corners of its outline past what neither end would touch.
+TEST(TurnRoom, SeesWhatTheCornersSweepPast) {
+  const BodyOutline body;
+  FloorMap map = free_floor(60, 60, 0.05);
+  const Vector2i centre(30, 30);
+  const Vector2d place = map.grid.centre(centre);
+  const auto can_turn = [&](const Vector2i& obstacle, double from, double to) {
+    FloorMap with = map;
+    with.cells[with.grid.index(obstacle)] = Floor::kBlocked;
+    const GroundView ground(with, UnseenFloor::kFree, body, {-9, -9, 0}, false);
+    const TurnRoom room(ground, body, place);
+    EXPECT_TRUE(room.fits(from) && room.fits(to));
+    return room.can_turn(from, to);
+  };
+  const Vector2i beside = centre + Vector2i(-1, 9);  // from 0.43 m on; arms end at 0.39 m, corners at 0.45 m
+  EXPECT_FALSE(can_turn(beside, 0, std::numbers::pi / 2));
+  EXPECT_FALSE(can_turn(beside, std::numbers::pi / 2, 0));
+  EXPECT_TRUE(can_turn(centre + Vector2i(-1, 10), 0, std::numbers::pi / 2));
+  EXPECT_TRUE(can_turn(beside, 0, 0.1));
+}
+
+/// Against every yaw on the way, finely sampled.
+TEST(TurnRoom, AllowsATurnExactlyWhenTheBodyFitsAllTheWay) {
+  const BodyOutline body;
+  Dice dice(4);
+  int free_turns = 0, blocked_turns = 0;
+  for (int run = 0; run < 300; ++run) {
+    FloorMap map = free_floor(40, 40, 0.05);
+    const Vector2i obstacle(20 + dice.whole(-10, 11), 20 + dice.whole(-10, 11));
+    map.cells[map.grid.index(obstacle)] = Floor::kBlocked;
+    const Vector2d place =
+        map.grid.centre({20, 20}) + Vector2d(dice.real(-0.02, 0.02), dice.real(-0.02, 0.02));
+    const GroundView ground(map, UnseenFloor::kFree, body, {-9, -9, 0}, false);
+    const double from = dice.real(-3, 3), turn = dice.real(-3, 3);
+    double nearest = 1;
+    for (int i = 0; i <= 2000; ++i) {
+      const Pose2 base{place.x(), place.y(), from + turn * i / 2000};
+      nearest = std::min(nearest, distance_to_square(body, base, map.grid.centre(obstacle), 0.05));
+    }
+    const bool can = TurnRoom(ground, body, place).can_turn(from, from + turn);
+    if (nearest > body.clearance() + 0.006) {
+      ASSERT_TRUE(can) << "run " << run;
+    }
+    if (nearest <= body.clearance()) {
+      ASSERT_FALSE(can) << "run " << run;
+    }
+    ++(can ? free_turns : blocked_turns);
+  }
+  EXPECT_GT(free_turns, 50);
+  EXPECT_GT(blocked_turns, 50);
 }
 
 TEST(BodyCells, AreThoseUnderTheOutlineAndOnTheGrid) {
