@@ -9,6 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
+#include "heap_count.h"
 #include "map_score.h"
 #include "nav/floor_map.h"
 #include "synthetic_room.h"
@@ -465,6 +466,23 @@ TEST(Integrate, BlocksNoFreeFloorByOutliers) {
   }
   EXPECT_GT(free, 1000);
   EXPECT_EQ(blocked, 0);
+}
+
+TEST(Integrate, TakesNoMemoryForWhatItHasSeenBefore) {
+  const auto room = SyntheticRoom::furnished();
+  VoxelMap map = room_map();
+  Integrator integrator;
+  std::vector<vision::RangeView> views;
+  const std::vector<Isometry3d> poses = looks_around();
+  for (const Isometry3d& pose : poses) views.push_back(look(room, narrow_camera(), pose));
+  std::uint64_t before = 0;
+  for (int pass = 0; pass < 2; ++pass) {
+    before = heap_allocations();
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      integrator.integrate(map, views[k], poses[k], at_seconds(static_cast<double>(k)));
+    }
+  }
+  EXPECT_EQ(heap_allocations(), before);
 }
 
 TEST(Integrate, RefusesViewsAndSettingsThatMakeNoSense) {
