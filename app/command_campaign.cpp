@@ -16,7 +16,7 @@ namespace {
 struct Options {
   int worlds = 50, stereo = 5;
   std::uint64_t seed = 1;
-  std::filesystem::path out = "build/campaign", robot = "config/hrp2/robot.yaml";
+  std::filesystem::path out = "build/campaign", robot = default_robot_file();
   double longest = 400;
   int only = -1;
 };

@@ -15,7 +15,7 @@ namespace headway::app {
 namespace {
 
 struct Options {
-  std::filesystem::path world, out, robot = "config/hrp2/robot.yaml";
+  std::filesystem::path world, out, robot = default_robot_file();
   std::vector<double> goal;
   std::uint64_t seed = 0;
   bool no_replan = false, range = false;

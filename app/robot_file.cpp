@@ -121,6 +121,16 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
 
 }  // namespace
 
+std::filesystem::path default_robot_file() {
+  namespace fs = std::filesystem;
+  const fs::path name = "hrp2/robot.yaml", here = "config" / name;
+  std::error_code ec;
+  if (fs::exists(here, ec)) return here;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ec);
+  const fs::path installed = program.parent_path().parent_path() / "share/headway/config" / name;
+  return fs::exists(installed, ec) ? installed : here;
+}
+
 Robot read_robot(const std::filesystem::path& file) {
   const Section section = Section::load(file, "robot");
   Robot robot;

@@ -33,6 +33,10 @@ struct Robot {
   SimulationConfig simulation;
 };
 
+/// config/hrp2/robot.yaml below the present folder or, where there is none, the one installed beside the
+/// program.
+std::filesystem::path default_robot_file();
+
 /// Throws InputError `file:line: key: what, expected what`.
 Robot read_robot(const std::filesystem::path& file);
 

@@ -92,7 +92,7 @@ MapViewConfig room_view(std::string title) {
 /// The world as it is now, from a corner of the room above its walls.
 cv::Mat scene_picture(const sim::Scene& scene) {
   const sim::World& world = scene.world();
-  const sim::Lens lens = sim::Lens::pinhole(1000, 700, 800, 499.5, 349.5);
+  const sim::Lens lens = sim::Lens::pinhole(800, 560, 640, 399.5, 279.5);
   const Eigen::Vector3d target(world.floor.centre.x(), world.floor.centre.y(), 0.3);
   const Eigen::Vector3d eye =
       target + Eigen::Vector3d(-0.62 * world.floor.size.x(), -0.75 * world.floor.size.y(), 5.5);
@@ -236,31 +236,34 @@ void SimOutputs::keep_replan(const runtime::FrameSnapshot& snapshot) {
   if (snapshot.picture) replan_.push_back({"replan_left", image_picture(*snapshot.picture)});
 }
 
-std::vector<hal::Stance> SimOutputs::stances() const {
+std::vector<FootPrint> SimOutputs::walked_feet() const {
+  std::vector<FootPrint> feet;
   hal::Stance stance =
       hal::Stance::parallel(session_.scene().world().start, session_.robot().mission.gait.feet_apart);
-  std::vector<hal::Stance> all{stance};
-  for (const auto& record : session_.steps()) all.push_back(stance = stance.after(record.step.step));
-  return all;
+  add_stance(stance, feet);
+  for (const auto& record : session_.steps()) {
+    stance = stance.after(record.step.step);
+    feet.push_back({stance.at(record.step.step.foot), record.step.step.foot, true});
+  }
+  return feet;
+}
+
+FloorLayers SimOutputs::layers() const {
+  FloorLayers layers;
+  layers.outline = session_.robot().mission.outline;
+  layers.gait = session_.robot().mission.gait;
+  layers.feet = walked_feet();
+  layers.trail = positions(session_.trail().truth);
+  layers.start = session_.scene().world().start;
+  layers.goal = session_.goal().position;
+  layers.goal_yaw = session_.goal().yaw;
+  return layers;
 }
 
 cv::Mat SimOutputs::floor(const runtime::Mapper& mapper, const runtime::Mission& mission,
                           const runtime::BusReport& bus, const std::string& title) const {
-  FloorLayers layers;
-  layers.outline = session_.robot().mission.outline;
-  layers.gait = session_.robot().mission.gait;
-  layers.trail = positions(session_.trail().truth);
-  layers.start = session_.scene().world().start;
+  FloorLayers layers = this->layers();
   layers.robot = bus.committed.stance.base();
-  layers.goal = session_.goal().position;
-  layers.goal_yaw = session_.goal().yaw;
-  const auto stances = this->stances();
-  for (std::size_t i = 0; i < stances.size(); ++i) {
-    if (i == 0) add_stance(stances[0], layers.feet);
-    if (i == 0) continue;
-    const hal::Foot foot = session_.steps()[i - 1].step.step.foot;
-    layers.feet.push_back({stances[i].at(foot), foot, true});
-  }
   if (const auto& walk = mission.walk()) {
     const std::size_t done =
         bus.committed.session == walk->session && bus.committed.next_index >= walk->first_index
@@ -293,29 +296,17 @@ std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) 
     for (std::size_t i = 0; i < views_.size(); ++i) captioned.push_back({views_[i], captions_[i]});
     save("views", strip(captioned));
   }
-  FloorLayers layers;
-  layers.outline = session_.robot().mission.outline;
-  layers.gait = session_.robot().mission.gait;
-  layers.trail = positions(session_.trail().truth);
+  FloorLayers layers = this->layers();
   layers.believed_trail = positions(session_.trail().believed);
   layers.obstacles = outlines(session_.scene());
-  layers.start = session_.scene().world().start;
   layers.robot = session_.body().stance().base();
-  layers.goal = session_.goal().position;
-  layers.goal_yaw = session_.goal().yaw;
-  MapFigures figures;
-  const auto stances = this->stances();
-  add_stance(stances[0], layers.feet);
-  for (std::size_t i = 1; i < stances.size(); ++i) {
-    const hal::Foot foot = session_.steps()[i - 1].step.step.foot;
-    layers.feet.push_back({stances[i].at(foot), foot, true});
-  }
   if (outcome.collision) layers.collisions.push_back(layers.robot->position());
   FloorPictureConfig floor_config;
   floor_config.title = fmt::format("{}: {}", session_.scene().world().name, outcome.end);
   save("floor", floor_picture(mapper.floor(), layers, floor_config));
   const MapViewConfig view =
       room_view(fmt::format("the map of {} after the walk", session_.scene().world().name));
+  MapFigures figures;
   figures.robot = layers.robot;
   figures.goal = session_.goal().position;
   figures.feet = layers.feet;

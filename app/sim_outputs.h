@@ -7,6 +7,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "app/pictures.h"
 #include "app/report.h"
 #include "app/sim_session.h"
 #include "nav/cloud_file.h"
@@ -35,7 +36,8 @@ class SimOutputs {
   void keep_replan(const runtime::FrameSnapshot& snapshot);
   cv::Mat floor(const runtime::Mapper& mapper, const runtime::Mission& mission, const runtime::BusReport& bus,
                 const std::string& title) const;
-  std::vector<hal::Stance> stances() const;
+  std::vector<FootPrint> walked_feet() const;
+  FloorLayers layers() const;
 
   SimSession& session_;
   std::filesystem::path folder_;
