@@ -44,7 +44,7 @@ TEST(SimSession, WalksToAGoalAndFacesAsWished) {
   for (const auto& step : session.steps()) EXPECT_LE(step.frame_age, session.robot().steps.max_map_age);
 }
 
-TEST(SimSession, LooksThroughBothCamerasOnTheWay) {
+TEST(SimSessionSlow, LooksThroughBothCamerasOnTheWay) {
   SimOptions options = range_mode();
   options.range_mode = false;
   options.longest = seconds(60);
@@ -55,7 +55,7 @@ TEST(SimSession, LooksThroughBothCamerasOnTheWay) {
   EXPECT_GT(session.precision().points, 100000U);
 }
 
-TEST(SimSession, WalksAroundABoxThatSlidesOntoItsPath) {
+TEST(SimSessionSlow, WalksAroundABoxThatSlidesOntoItsPath) {
   SimSession session(hrp2(), world("moving_box"), range_mode());
   const SimOutcome outcome = session.run();
   EXPECT_TRUE(outcome.arrived) << outcome.reason;
@@ -65,7 +65,7 @@ TEST(SimSession, WalksAroundABoxThatSlidesOntoItsPath) {
   EXPECT_GE(session.mission().counters().replans, 1);
 }
 
-TEST(SimSession, StopsShortOfTheBoxWhenItMayNotReplan) {
+TEST(SimSessionSlow, StopsShortOfTheBoxWhenItMayNotReplan) {
   SimOptions options = range_mode();
   options.replan = false;
   SimSession session(hrp2(), world("moving_box"), options);
@@ -83,7 +83,7 @@ TEST(SimSession, StaysWhereItIsWhenThereIsNoWayAndSaysWhy) {
   EXPECT_LT(outcome.walked, 2.5);
 }
 
-TEST(SimSession, GivesTheSameReportForTheSameSeed) {
+TEST(SimSessionSlow, GivesTheSameReportForTheSameSeed) {
   const auto report = [](std::uint64_t seed) {
     SimSession session(hrp2(), empty_room(), range_mode(seed));
     return sim_report(session, session.run()).dump();
