@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "hal/pose2.h"
+
 namespace headway::runtime {
 namespace {
 
