@@ -68,7 +68,11 @@ class Builder {
       start = place(from_wall);
       goal = place(from_wall);
     } while ((goal - start).norm() < config_.walk);
-    world_.start = {start.x(), start.y(), kPi / 4 * dice_.whole(-4, 3)};
+    // Facing roughly the goal: a robot put with its nose to a wall sees nothing, which is no test of its
+    // planning.
+    const Vector2d way = goal - start;
+    const double eighths = std::round(std::atan2(way.y(), way.x()) / (kPi / 4)) + dice_.whole(-1, 1);
+    world_.start = {start.x(), start.y(), wrap_angle(kPi / 4 * eighths)};
     world_.goal = Goal2{goal, std::nullopt};
   }
 

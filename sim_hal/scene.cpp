@@ -116,7 +116,7 @@ bool enter(const Placed& p, const Vector3f& origin, const Vector3f& direction, R
       const float entry = k / (-b + std::sqrt(discriminant));
       if (entry > t) {
         t = entry;
-        normal = {(o.x() + t * d.x()) / p.radius, (o.y() + t * d.y()) / p.radius, 0};
+        normal = Vector3f(o.x() + t * d.x(), o.y() + t * d.y(), 0).normalized();
       }
     }
   }
@@ -345,10 +345,10 @@ bool Scene::sees(const Vector3d& a, const Vector3d& b, double tolerance) const {
   packet.count = 1;
   const Vector3f to = (b - a).cast<float>();
   packet.dx[0] = to.x(), packet.dy[0] = to.y(), packet.dz[0] = to.z();
-  return sees(Vector3f(a.cast<float>()), packet, static_cast<float>(tolerance)) == 1U;
+  return sees_points(a.cast<float>(), packet, static_cast<float>(tolerance)) == 1U;
 }
 
-std::uint32_t Scene::sees(const Vector3f& origin, const RayPacket& to_points, float tolerance) const {
+std::uint32_t Scene::sees_points(const Vector3f& origin, const RayPacket& to_points, float tolerance) const {
   RTCIntersectContext context = coherent_context();
   RTCRay16 r;
   alignas(64) auto valid = fill_rays(r, origin, to_points, 1.0F - tolerance);

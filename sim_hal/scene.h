@@ -81,8 +81,8 @@ class Scene {
   /// Is the way from a to each of the points free of surfaces (its last `tolerance`, a share, not looked at)?
   bool sees(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double tolerance = 2e-3) const;
   /// Bit i tells whether point origin + (dx, dy, dz)[i] can be seen from the origin.
-  std::uint32_t sees(const Eigen::Vector3f& origin, const RayPacket& to_points,
-                     float tolerance = 2e-3F) const;
+  std::uint32_t sees_points(const Eigen::Vector3f& origin, const RayPacket& to_points,
+                            float tolerance = 2e-3F) const;
 
   /// The first contact of the robot's parts (solids in its base frame) with the world's solids. Exact; the
   /// floor does not count. Real-time safe.

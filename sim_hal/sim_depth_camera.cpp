@@ -73,7 +73,7 @@ std::vector<float> SimDepthCamera::seen_by_both(const Isometry3d& map_from_camer
   std::array<std::size_t, RayPacket::kSize> pixel{};
   packet.count = 0;
   const auto flush = [&] {
-    const std::uint32_t seen = scene_.sees(right_eye, packet);
+    const std::uint32_t seen = scene_.sees_points(right_eye, packet);
     for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
       if ((seen >> i) & 1U) depth[pixel[i]] = truth_[pixel[i]];
     packet.count = 0;
