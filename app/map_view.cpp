@@ -180,6 +180,19 @@ Eigen::AlignedBox3d extent_of_occupied(const nav::VoxelMap& map, const MapViewCo
   return {lowest, highest};
 }
 
+void extend_by(const MapFigures& figures, double floor_height, Eigen::AlignedBox3d& box) {
+  const double ground = std::isfinite(floor_height) ? floor_height : 0;
+  const auto extend = [&](const Eigen::Vector2d& at, double height) {
+    if (!at.allFinite()) return;
+    box.extend(Eigen::Vector3d(at.x(), at.y(), ground));
+    box.extend(Eigen::Vector3d(at.x(), at.y(), ground + height));
+  };
+  if (figures.robot) extend(figures.robot->position(), 1.6);
+  if (figures.goal) extend(*figures.goal, 0.9);
+  for (const Eigen::Vector2d& p : figures.path) extend(p, 0);
+  for (const FootPrint& foot : figures.feet) extend(foot.pose.position(), 0);
+}
+
 }  // namespace
 
 cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewConfig& config,
@@ -197,8 +210,10 @@ cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewCon
   return image;
 }
 
-Lookout bird_view(const nav::VoxelMap& map, const MapViewConfig& config, double azimuth, double elevation) {
-  const Eigen::AlignedBox3d box = extent_of_occupied(map, config);
+Lookout bird_view(const nav::VoxelMap& map, const MapViewConfig& config, double azimuth, double elevation,
+                  const MapFigures& figures) {
+  Eigen::AlignedBox3d box = extent_of_occupied(map, config);
+  extend_by(figures, config.floor_height, box);
   const Eigen::Vector3d towards(std::cos(azimuth) * std::cos(elevation),
                                 std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
   const Eigen::Vector3d right = Eigen::Vector3d::UnitZ().cross(towards).normalized();

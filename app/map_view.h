@@ -49,9 +49,10 @@ struct MapFigures {
 cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewConfig& config = {},
                  const MapFigures& figures = {});
 
-/// A bird's view of all that is occupied, within the limits of `config`, from the direction `azimuth` [rad]
-/// (where the eye stands, counter-clockwise from +x) and `elevation` above the horizon [rad].
+/// A bird's view of all that is occupied, within the limits of `config`, and of the figures, from the
+/// direction `azimuth` [rad] (where the eye stands, counter-clockwise from +x) and `elevation` above the
+/// horizon [rad].
 Lookout bird_view(const nav::VoxelMap& map, const MapViewConfig& config, double azimuth = -2.3,
-                  double elevation = 0.75);
+                  double elevation = 0.75, const MapFigures& figures = {});
 
 }  // namespace headway::app

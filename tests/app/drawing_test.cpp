@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <rapidcheck/gtest.h>
 
-#include "app/temporary_folder.h"
 #include "hal/error.h"
+#include "tests/app/temporary_folder.h"
 
 namespace headway::app {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "app/drawing.h"
 #include "app/pose_files.h"
-#include "app/temporary_folder.h"
 #include "hal/error.h"
 #include "hal/head_kinematics.h"
+#include "tests/app/temporary_folder.h"
 
 namespace headway::app {
 namespace {
