@@ -94,7 +94,7 @@ TEST(StereoSequence, PairsImagesOfOneNameAndKnowsTheirRig) {
 TEST(StereoSequence, InterpolatesPosesAtTheStampsOfTheImages) {
   std::string table;
   for (int i = 0; i <= 14; ++i)
-    table += row(900000000 + i * 100000000, upright(0.9 + 0.1 * i));  // 1 m/s along x
+    table += row(900'000'000LL + i * 100'000'000LL, upright(0.9 + 0.1 * i));  // 1 m/s along x
   const StereoFolder folder(table);
   const Sequence sequence = read_sequence(folder.path());
   ASSERT_EQ(sequence.frames.size(), 4U);
@@ -111,7 +111,7 @@ TEST(StereoSequence, TakesTheNearestPoseOnlyWhereTheCameraStandsStill) {
   ASSERT_EQ(standing.frames.size(), 4U);
   EXPECT_EQ(standing.frames[0].pose_source, PoseSource::kNearest);
   std::string moving;
-  for (int i = 0; i <= 14; ++i) moving += row(1600000000 + i * 100000000, upright(0.1 * i));
+  for (int i = 0; i <= 14; ++i) moving += row(1'600'000'000LL + i * 100'000'000LL, upright(0.1 * i));
   const StereoFolder folder(moving);
   const Sequence sequence = read_sequence(folder.path());
   EXPECT_EQ(sequence.frames.size(), 1U);
