@@ -27,7 +27,7 @@ struct BodyConfig {
   double sole_length = 0.2172, sole_width = 0.138;  ///< [m], centred on the foot frame
   double tip_distance = 0.002;                      ///< the ZMP may be outside by this much ...
   Duration tip_time = seconds(0.01);                ///< ... for less than this long: an edge gives a little
-  ChestConfig chest;
+  ChestConfig chest{};
   std::uint64_t seed = 1;
 
   void validate() const;

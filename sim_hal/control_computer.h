@@ -25,9 +25,9 @@ struct StrideLimits {
 };
 
 struct ControlComputerConfig {
-  nav::WalkingConfig walking;
-  StrideLimits limits;
-  ChestConfig chest;
+  nav::WalkingConfig walking{};
+  StrideLimits limits{};
+  ChestConfig chest{};
   Duration first_wait = seconds(0.3);      ///< a walk of fewer than 3 steps begins this long after its first
   Duration control_lost = seconds(0.15);   ///< without WalkControl: smooth stop
   Duration status_period = seconds(0.02);  ///< WalkStatus, ChestXY, ChestZRot

@@ -39,16 +39,16 @@ struct BodyShapeConfig {
 };
 
 struct RobotConfig {
-  SimBusConfig bus;
+  SimBusConfig bus{};
   HeadDriveConfig pan{.node = 0x11}, tilt{.node = 0x12};
-  ControlComputerConfig control;
-  BodyConfig body;
-  BodyShapeConfig shape;
-  hal::HeadKinematics kinematics;  ///< chest to left camera
-  double feet_apart = 0.19;        ///< at the start [m]
-  double frame_rate = 10;          ///< of the cameras [Hz]; 0: none
-  Duration first_exposure{};       ///< after the robot is switched on
-  FaultPlan faults;
+  ControlComputerConfig control{};
+  BodyConfig body{};
+  BodyShapeConfig shape{};
+  hal::HeadKinematics kinematics{};  ///< chest to left camera
+  double feet_apart = 0.19;          ///< at the start [m]
+  double frame_rate = 10;            ///< of the cameras [Hz]; 0: none
+  Duration first_exposure{};         ///< after the robot is switched on
+  FaultPlan faults{};
 
   void validate() const;
 };
