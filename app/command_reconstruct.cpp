@@ -48,6 +48,11 @@ vision::StereoRig rectified_rig(const ReconstructOptions& options, const hal::Gr
   c.cy = options.cy.value_or((left.height - 1) / 2.0);
   rig.right = c;
   rig.right.cx += options.offset;
+  if (!(*options.baseline > 0)) {
+    throw InputError(
+        fmt::format("--baseline {}: expected the distance of the right camera from the left, above 0 m",
+                    *options.baseline));
+  }
   rig.right_from_left.translation().x() = -*options.baseline;
   return rig;
 }
