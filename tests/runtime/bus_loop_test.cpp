@@ -7,18 +7,9 @@
 
 #include <gtest/gtest.h>
 
-namespace {
-thread_local bool g_counting = false;
-thread_local int g_allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  if (g_counting) ++g_allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+// heap_count.cpp
+extern thread_local bool g_counting;
+extern thread_local int g_allocations;
 
 namespace headway::runtime {
 namespace {
