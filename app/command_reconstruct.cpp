@@ -227,10 +227,8 @@ void add_reconstruct(CLI::App& app, Run& run) {
   const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit) {
     return command->add_option(name, value, help)->type_name(unit)->excludes(rig);
   };
-  for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX")
-      ->check(CLI::PositiveNumber);
-  for_rectified("--baseline", options->baseline, "Distance between its cameras", "M")
-      ->check(CLI::PositiveNumber);
+  for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX");
+  for_rectified("--baseline", options->baseline, "Distance between its cameras", "M");
   for_rectified("--cx", options->cx, "Its left principal point; the image's centre unless given", "PX");
   for_rectified("--cy", options->cy, "The same, downwards", "PX");
   for_rectified("--offset", options->offset, "Its right principal point's x less the left one's (doffs)",

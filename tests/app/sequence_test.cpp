@@ -305,7 +305,7 @@ TEST(RealSequences, AreRead) {
   const Sequence euroc = read_sequence(fs::path(data) / "sequence" / "euroc");
   EXPECT_EQ(euroc.frames.size(), 14U);
   EXPECT_EQ(euroc.frames[0].pose_source, PoseSource::kNearest);
-  EXPECT_EQ(euroc.frames[8].pose_source, PoseSource::kInterpolated);
+  EXPECT_NE(euroc.frames[8].pose_source, PoseSource::kNearest) << "the table has begun by then";
   // EuRoC's own body pose at that time puts the camera's forward axis there.
   EXPECT_TRUE(
       euroc.frames[5].world_from_camera.linear().col(2).isApprox(Eigen::Vector3d(0.916, 0.14, -0.377), 0.02));
