@@ -60,8 +60,8 @@ ControlComputer::ControlComputer(const ControlComputerConfig& config, const hal:
       chest_xy_out_(bus::ChestXY::kDataId),
       chest_zrot_out_(bus::ChestZRot::kDataId),
       time_out_(bus::ControlTime::kDataId),
-      next_status_(power_on),
-      next_time_(power_on) {}
+      next_status_(power_on + config.status_period),
+      next_time_(power_on + config.time_period) {}
 
 void ControlComputer::receive(const hal::CanFrame& frame) noexcept {
   switch (frame.id) {
