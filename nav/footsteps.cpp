@@ -115,11 +115,7 @@ class Feet {
       const double ahead = left.dot(unit(leg.yaw));
       if (ahead <= slack) return;
       const double turn = std::clamp(error, -yaw_, yaw_);
-      double length = ahead / std::ceil((ahead - slack) / gait_.forward);
-      // The outer foot of a turn goes farther than the base.
-      if (std::abs(turn) > gait_.arc_begins) {
-        length = std::min(length, gait_.forward_on_arc - half() * std::abs(std::sin(turn)));
-      }
+      const double length = ahead / std::ceil((ahead - slack) / gait_.forward);
       const Vector2d next =
           b.position() + length * unit(leg.yaw) + left.dot(left_of(leg.yaw)) * left_of(leg.yaw);
       step({next.x(), next.y(), b.yaw + turn});

@@ -23,7 +23,7 @@ class Touched {
         resolution_(resolution),
         reach_(static_cast<int>(std::ceil(outline.reach() / resolution)) + 2),
         side_(2 * reach_ + 1),
-        cells_(static_cast<std::size_t>(side_ * side_), false) {}
+        cells_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_), false) {}
 
   void stand(const Pose2& base, double clearance) {
     for (int y = -reach_; y <= reach_; ++y) {
@@ -73,7 +73,8 @@ class Touched {
     return cell;
   }
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>((y + reach_) * side_ + x + reach_);
+    return static_cast<std::size_t>(y + reach_) * static_cast<std::size_t>(side_) +
+           static_cast<std::size_t>(x + reach_);
   }
   bool at(int x, int y) const { return cells_[index(x, y)]; }
 
@@ -85,8 +86,7 @@ class Touched {
 
 Touched simulate(const BodyOutline& outline, double resolution, const Motion& motion) {
   const double before = heading_angle(motion.heading), after = heading_angle(motion.heading_after());
-  const Eigen::Vector2d way =
-      kCellOf[static_cast<std::size_t>(motion.direction())].cast<double>() * resolution;
+  const Eigen::Vector2d way = cell_towards(motion.direction()).cast<double>() * resolution;
   Touched touched(outline, resolution);
   touched.move({0, 0, before}, {0, 0, after});
   touched.move({0, 0, after}, {way.x(), way.y(), after});
@@ -119,7 +119,8 @@ Masks::Masks(const BodyOutline& outline, double resolution) : resolution_(resolu
     Touched still(outline, resolution);
     still.stand({0, 0, heading_angle(heading)}, outline.clearance());
     for (int quarters = 0; quarters < 4; ++quarters) {
-      standing_[static_cast<std::size_t>(heading + 2 * quarters)] = still.mask(quarters);
+      const int turned = heading + 2 * quarters;
+      standing_[static_cast<std::size_t>(turned)] = still.mask(quarters);
     }
     for (int number = 0; number < kMotions; ++number) {
       const Touched touched = simulate(outline, resolution, {heading, number});

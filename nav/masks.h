@@ -19,9 +19,11 @@ constexpr int kConfigurations = kHeadings * kMotions;  ///< 72
 enum class Mode : std::uint8_t { kForward = 0, kSideway = 1 };
 
 /// One cell on, in direction d (45 deg * d).
-inline const std::array<Eigen::Vector2i, kHeadings> kCellOf = {
-    Eigen::Vector2i{1, 0},  Eigen::Vector2i{1, 1},   Eigen::Vector2i{0, 1},  Eigen::Vector2i{-1, 1},
-    Eigen::Vector2i{-1, 0}, Eigen::Vector2i{-1, -1}, Eigen::Vector2i{0, -1}, Eigen::Vector2i{1, -1}};
+inline Eigen::Vector2i cell_towards(int direction) {
+  constexpr std::array<int, kHeadings> kX{1, 1, 0, -1, -1, -1, 0, 1}, kY{0, 1, 1, 1, 0, -1, -1, -1};
+  const auto d = static_cast<std::size_t>(direction);
+  return {kX[d], kY[d]};
+}
 
 double heading_angle(int heading);  ///< [rad], in [-pi, pi)
 

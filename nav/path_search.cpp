@@ -43,7 +43,10 @@ MotionCosts::MotionCosts(const PlannerConfig& config, const GaitLimits& gait, do
 void PathSearch::set_up(const Problem& problem) {
   width_ = problem.width;
   height_ = problem.height;
-  for (std::size_t d = 0; d < kHeadings; ++d) next_cell_[d] = kCellOf[d].y() * width_ + kCellOf[d].x();
+  for (int d = 0; d < kHeadings; ++d) {
+    const Eigen::Vector2i way = cell_towards(d);
+    next_cell_[static_cast<std::size_t>(d)] = way.y() * width_ + way.x();
+  }
   const std::size_t cells = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   so_far_.assign(cells * kLayers, kUnreachable);
   reached_by_.resize(cells * kLayers);
@@ -82,7 +85,7 @@ void PathSearch::measure_remaining(std::size_t goal) {
     const int x = static_cast<int>(to % static_cast<std::size_t>(width_));
     const int y = static_cast<int>(to / static_cast<std::size_t>(width_));
     for (int d = 0; d < kHeadings; ++d) {
-      const Eigen::Vector2i& way = kCellOf[static_cast<std::size_t>(d)];
+      const Eigen::Vector2i way = cell_towards(d);
       const int from_x = x - way.x(), from_y = y - way.y();
       if (from_x < 0 || from_y < 0 || from_x >= width_ || from_y >= height_) continue;
       const auto from = static_cast<std::size_t>(from_y * width_ + from_x);

@@ -26,7 +26,7 @@ std::optional<Motion> motion_between(const PathState& a, const PathState& b) {
   for (int number = 0; number < kMotions; ++number) {
     const Motion m{a.heading, number};
     if (a.mode == b.mode && m.mode() == a.mode && m.heading_after() == b.heading &&
-        a.cell + kCellOf[static_cast<std::size_t>(m.direction())] == b.cell) {
+        a.cell + cell_towards(m.direction()) == b.cell) {
       return m;
     }
   }
@@ -269,7 +269,8 @@ PathCost Planner::Search::shares(const Path& path) const {
     }
     const auto c = static_cast<std::size_t>(motion->configuration());
     const Vector2i& to = path.states[i].cell;
-    const auto cell = static_cast<std::size_t>(to.y() * problem_.width + to.x());
+    const std::size_t cell = static_cast<std::size_t>(to.y()) * static_cast<std::size_t>(problem_.width) +
+                             static_cast<std::size_t>(to.x());
     const bool diagonal = motion->direction() % 2 != 0;
     walking += costs_.walking[c];
     turning += costs_.turning[c];

@@ -90,9 +90,8 @@ CellSet swept(const Path& path, const FloorGrid& grid, const Masks& masks, const
   for (std::size_t i = 1; i < path.states.size(); ++i) {
     for (int number = 0; number < kMotions; ++number) {
       const Motion m{path.states[i - 1].heading, number};
-      const bool it =
-          m.mode() == path.states[i - 1].mode && m.heading_after() == path.states[i].heading &&
-          path.states[i - 1].cell + kCellOf[static_cast<std::size_t>(m.direction())] == path.states[i].cell;
+      const bool it = m.mode() == path.states[i - 1].mode && m.heading_after() == path.states[i].heading &&
+                      path.states[i - 1].cell + cell_towards(m.direction()) == path.states[i].cell;
       if (!it) continue;
       for (const Mask::Run& run : masks.of(m).runs) {
         for (int x = run.first; x <= run.last; ++x) {
@@ -178,7 +177,7 @@ Path straight(const FloorGrid& grid, const Pose2& start, const Vector2d& end, in
   Vector2i cell = grid.cell(start.position());
   path.states.push_back({cell, heading, Mode::kForward});
   while (cell != grid.cell(end)) {
-    cell += kCellOf[static_cast<std::size_t>(heading)];
+    cell += cell_towards(heading);
     path.states.push_back({cell, heading, Mode::kForward});
   }
   return path;

@@ -220,7 +220,7 @@ void walk_again(const Path& path, const FloorMap& map, const PlannerConfig& conf
     for (int number = 0; number < kMotions; ++number) {
       const Motion m{a.heading, number};
       if (m.mode() != a.mode || m.heading_after() != b.heading) continue;
-      if (a.cell + kCellOf[static_cast<std::size_t>(m.direction())] != b.cell) continue;
+      if (a.cell + cell_towards(m.direction()) != b.cell) continue;
       ++matching;
       ASSERT_TRUE(plain.free(a.cell, m)) << "state " << i;
       const long expected = plain.motion(static_cast<int>(a.mode), m.turn(), m.direction(), b.cell);

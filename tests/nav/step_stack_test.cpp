@@ -137,6 +137,12 @@ struct Walking {
     if (step.index != next()) complain("indexes are not consecutive");
     if (stopped) complain("a step after a stop");
     if (step.index > peer.started + 2) complain("committed more than the one under way and two after it");
+    if (peer.started > 0) {
+      // The newest that can commit now has its deadline at the next lift-off.
+      const Duration left = peer.lifted + kStep - now;
+      if (left < milliseconds(300)) complain("committed too late for its deadline");
+      if (left > milliseconds(455)) complain("committed before it had to");
+    }
     if (now - stack_frame > seconds(1)) complain("committed on an old map");
     if (!sends) return;
     if (step.index < high) complain("an index committed twice");
@@ -192,7 +198,7 @@ TEST(StepStack, CommitsThreeStepsAtRestAndThenOneAStep) {
   w.run(milliseconds(300));
   EXPECT_EQ(w.next(), 3u);
   EXPECT_EQ(w.peer.started, 1u);
-  while (w.peer.started == 1 && w.next() == 3) w.run_fresh(milliseconds(5));
+  for (int i = 0; i < 400 && w.next() == 3; ++i) w.run_fresh(milliseconds(5));
   // In the window: at most 450 ms, at least 300 ms before the next lift-off.
   const Duration left = w.peer.lifted + kStep - w.now;
   EXPECT_EQ(w.next(), 4u);
@@ -304,9 +310,10 @@ TEST(StepStack, IsAtRestAtMostTheStepsAheadAfterALossIsNoticed) {
     Walking w;
     w.run_fresh(seconds(3) + milliseconds(into_step));
     w.answers = false;
-    while (!w.stack.committed().stopping) w.run_fresh(milliseconds(5));
+    for (int i = 0; i < 200 && !w.stack.committed().stopping; ++i) w.run_fresh(milliseconds(5));
+    ASSERT_TRUE(w.stack.committed().stopping);
     const Time noticed = w.now;
-    while (!w.peer.standing) w.cycle();
+    for (int i = 0; i < 2000 && !w.peer.standing; ++i) w.cycle();
     EXPECT_LE(w.now - noticed, milliseconds(450) + 3 * kStep);
     EXPECT_EQ(w.fault, nullptr) << w.fault;
   }
