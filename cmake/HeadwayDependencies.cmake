@@ -10,6 +10,8 @@ find_package(tl-expected REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(embree 3 REQUIRED)
 find_package(octomap REQUIRED)
+find_package(Qhull REQUIRED)
+find_package(HWY REQUIRED)
 
 add_library(headway_octomap INTERFACE)
 target_include_directories(headway_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
@@ -19,11 +21,11 @@ add_library(headway_embree INTERFACE)
 target_link_libraries(headway_embree INTERFACE embree)
 
 # Debian's OpenCVConfig.cmake comes only with libopencv-dev, which drags in Qt, VTK and Java;
-# the four modules used here are found by themselves.
+# the modules used here are found by themselves.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
 add_library(headway_opencv INTERFACE)
 target_include_directories(headway_opencv SYSTEM INTERFACE ${OPENCV_INCLUDE_DIR})
-foreach(module core imgproc imgcodecs calib3d)
+foreach(module core imgproc imgcodecs calib3d aruco)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
   target_link_libraries(headway_opencv INTERFACE ${OPENCV_${module}_LIBRARY})
 endforeach()
