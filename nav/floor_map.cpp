@@ -112,7 +112,8 @@ FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config) {
   return floor;
 }
 
-void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp) {
+void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp,
+                 bool robot_is_there) {
   const Pose2 start_from_map = start.inverse();
   const double reach = std::max(area.radius, area.footprint_half.norm());
   const Eigen::Vector2i first = floor.grid.cell(start.position() - Eigen::Vector2d::Constant(reach));
@@ -120,7 +121,8 @@ void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Tim
   for (int y = std::max(first.y(), 0); y <= std::min(last.y(), floor.grid.height - 1); ++y) {
     for (int x = std::max(first.x(), 0); x <= std::min(last.x(), floor.grid.width - 1); ++x) {
       const Eigen::Vector2d seen_from_start = start_from_map * floor.grid.centre({x, y});
-      const bool under_robot = (seen_from_start.array().abs() <= area.footprint_half.array()).all();
+      const bool under_robot =
+          robot_is_there && (seen_from_start.array().abs() <= area.footprint_half.array()).all();
       const std::size_t cell = floor.grid.index({x, y});
       if (!under_robot && (seen_from_start.norm() > area.radius || floor.cells[cell] != Floor::kUnseen))
         continue;

@@ -93,7 +93,8 @@ struct StartArea {
 };
 
 /// Counts the start area as free and seen at `stamp` where it is unseen. What is blocked stays so, except
-/// under the robot's own footprint, where the robot stands and nothing else can.
-void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp);
+/// under the robot's own footprint while it stands there: nothing else can.
+void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp,
+                 bool robot_is_there = true);
 
 }  // namespace headway::nav

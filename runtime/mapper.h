@@ -35,6 +35,7 @@ class Mapper {
  private:
   MapperConfig config_;
   Pose2 start_;
+  bool at_start_ = true;  ///< the robot still stands where it began
   nav::VoxelMap voxels_;
   nav::Integrator integrator_;
   nav::FloorMap floor_;

@@ -208,6 +208,14 @@ TEST(StartArea, CountsUnseenFloorAroundTheStartAsFreeAndLeavesTheRest) {
   EXPECT_EQ(floor_at(floor, 0.9, 0.3), Floor::kUnseen);
 }
 
+TEST(StartArea, FreesNothingThatIsBlockedOnceTheRobotHasLeft) {
+  FloorMap floor = unseen_floor({0.05, {-2, -2}, 80, 80});
+  floor.cells[floor.grid.index(floor.grid.cell({0.01, 0.01}))] = Floor::kBlocked;
+  start_clear(floor, {0, 0, 0}, {}, at_seconds(4), false);
+  EXPECT_EQ(floor_at(floor, 0.01, 0.01), Floor::kBlocked);
+  EXPECT_EQ(floor_at(floor, 0.06, 0.01), Floor::kFree) << "the operator still vouches for what is unseen";
+}
+
 RC_GTEST_PROP(StartArea, NeverFreesBlockedFloorOutsideOfTheFootprint, ()) {
   FloorMap floor = unseen_floor({0.05, {-2, -2}, 80, 80});
   for (auto& cell : floor.cells) cell = Floor::kBlocked;
