@@ -24,6 +24,7 @@ void BusLoop::cycle(Time now) noexcept {
   take_samples();
   take_order();
   commit_steps(now);
+  record_steps();
   request_walk(now);
   head_.tick(now);
   walker_.tick(now);
@@ -67,7 +68,6 @@ void BusLoop::take_samples() noexcept {
 void BusLoop::take_order() noexcept {
   if (!links_.order.update()) return;
   const MotionOrder& order = links_.order.value();
-  order_number_ = order.number;
   head_.command(order.look);
   if (order.walk == MotionOrder::Walk::kPlan) take_plan(order.plan);
   if (order.walk == MotionOrder::Walk::kStop && (stack_.walking() || planned_)) stack_.stop();
@@ -97,17 +97,28 @@ void BusLoop::commit_steps(Time now) noexcept {
   while (const auto step = stack_.due(now, status)) {
     if (!walker_.send(session_, *step)) return;
     stack_.sent(now);
-    links_.steps.push({now, now - stack_.committed().newest_frame, session_, *step});
+    handed_over_[step->index % handed_over_.size()] = {now, now - stack_.committed().newest_frame, session_,
+                                                       *step, stack_.committed().stance.at(step->step.foot)};
   }
+}
+
+/// A step that is handed over may yet be refused; one that has begun is walked.
+void BusLoop::record_steps() noexcept {
+  const auto under_way = stack_.executing();
+  while (under_way && recorded_ <= *under_way)
+    links_.steps.push(handed_over_[recorded_++ % handed_over_.size()]);
 }
 
 void BusLoop::open_next_session() noexcept {
   last_stop_ = stack_.committed().why;
+  last_reject_ = walker_.status().reject_reason;
+  last_steps_ = recorded_;
   if (last_stop_ != nav::StackStop::kNone) ++counters_.stops;
   const hal::Stance stance = stack_.committed().stance;
   session_ = session_ == kLastSession ? kFirstSession : static_cast<std::uint8_t>(session_ + 1);
   stack_.begin(session_, stance);
   planned_ = false;
+  recorded_ = 0;
 }
 
 void BusLoop::request_walk(Time now) noexcept {
@@ -129,7 +140,8 @@ void BusLoop::report(Time now) noexcept {
   report.walker = walker_.health();
   report.committed = stack_.committed();
   report.last_stop = last_stop_;
-  report.order_seen = order_number_;
+  report.last_reject = last_reject_;
+  report.last_steps = last_steps_;
   links_.report.publish(report);
 }
 

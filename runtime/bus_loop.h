@@ -45,6 +45,7 @@ class BusLoop {
   void take_order() noexcept;
   void take_plan(const nav::StepPlan& plan) noexcept;
   void commit_steps(Time now) noexcept;
+  void record_steps() noexcept;
   void open_next_session() noexcept;
   void request_walk(Time now) noexcept;
   void report(Time now) noexcept;
@@ -57,10 +58,13 @@ class BusLoop {
   nav::StepStack stack_;
   BusLoopCounters counters_;
   Time last_cycle_{}, last_chest_{}, last_head_{};
-  std::uint64_t order_number_ = 0;
   std::uint8_t session_ = 0;
-  bool planned_ = false;  ///< the session has a plan with steps
+  bool planned_ = false;                     ///< the session has a plan with steps
+  std::array<StepRecord, 8> handed_over_{};  ///< step i at i modulo the size; at most four wait
+  std::uint32_t recorded_ = 0;               ///< steps of the session that have begun
   nav::StackStop last_stop_ = nav::StackStop::kNone;
+  hal::StepReject last_reject_ = hal::StepReject::kNone;
+  std::uint32_t last_steps_ = 0;
 };
 
 }  // namespace headway::runtime

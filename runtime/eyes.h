@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "hal/camera.h"
 #include "vision/stereo.h"
@@ -26,8 +27,8 @@ class Eyes {
   virtual Eigen::Isometry3d left_from_view() const = 0;
   /// What the left camera saw, rectified; null for eyes without pictures.
   virtual const hal::GrayImage* picture() const { return nullptr; }
-  /// Why the last frame gave no points; empty when it did.
-  virtual std::string fault() const { return {}; }
+  /// Why the frame seen last cannot be used; empty when it can.
+  virtual const std::string& fault() const = 0;
 };
 
 /// Two cameras and a matcher.
@@ -43,7 +44,7 @@ class StereoEyes final : public Eyes {
   const vision::RangeView& see() override { return vision_.see(frame_); }
   Eigen::Isometry3d left_from_view() const override { return vision_.left_from_rectified(); }
   const hal::GrayImage* picture() const override { return &vision_.rectified_left(); }
-  std::string fault() const override { return vision_.fault(); }
+  const std::string& fault() const override { return vision_.fault(); }
 
  private:
   hal::StereoCamera& camera_;
@@ -68,15 +69,26 @@ class DepthEyes final : public Eyes {
   }
   const vision::RangeView& see() override {
     view_ = vision::range_view(frame_, config_.camera, config_.near, config_.far, config_.sigma);
+    fault_.clear();
+    if (frame_.width != config_.camera.width || frame_.height != config_.camera.height ||
+        frame_.depth.size() != view_.depth.size())
+      fault_ = "the depth image has " + size_text(frame_.width, frame_.height) + ", expected " +
+               size_text(config_.camera.width, config_.camera.height);
     return view_;
   }
   Eigen::Isometry3d left_from_view() const override { return config_.left_from_view; }
+  const std::string& fault() const override { return fault_; }
 
  private:
+  static std::string size_text(int width, int height) {
+    return std::to_string(width) + " x " + std::to_string(height) + " px";
+  }
+
   hal::DepthCamera& camera_;
   Config config_;
   hal::DepthFrame frame_;
   vision::RangeView view_;
+  std::string fault_;
 };
 
 }  // namespace headway::runtime

@@ -67,15 +67,18 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Time mapped = stopwatch_.now();
   mapper_.project();
   const Time projected = stopwatch_.now();
+  std::string blind = eyes_.fault();
+  if (blind.empty() && integration.samples == 0) blind = "no point of the picture could be measured";
+  if (blind.empty())
+    last_look_ = waiting_->exposure;
+  else
+    ++counters_.unusable;
   const BusReport& bus = links_.report.value();
-  const std::uint64_t number = order_.number + 1;
-  order_ = mission_.update({now, waiting_->exposure, pose.head, pose.map_from_chest, bus, mapper_});
-  order_.number = number;
+  order_ = mission_.update({now, last_look_, std::move(blind), pose.head, pose.map_from_chest, bus, mapper_});
   const Time planned = stopwatch_.now();
 
   times_ = {seen - begin, mapped - seen, projected - mapped, planned - projected};
   ++counters_.frames;
-  if (!eyes_.fault().empty()) ++counters_.unusable;
   if (times_.total() > config_.budget) ++counters_.late;
   if (observer_)
     observer_({*waiting_, view, eyes_.picture(), map_from_view, pose.map_from_chest, mapper_, mission_, bus,

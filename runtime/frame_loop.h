@@ -31,7 +31,7 @@ struct FrameLoopCounters {
   std::uint64_t frames = 0;    ///< used
   std::uint64_t lost = 0;      ///< gaps in the camera's numbers: superseded by newer ones, or never delivered
   std::uint64_t no_pose = 0;   ///< skipped: the pose at their exposure is not known
-  std::uint64_t unusable = 0;  ///< the eyes found a fault in them
+  std::uint64_t unusable = 0;  ///< of those used: told the map nothing (a fault, or no point measured)
   std::uint64_t late = 0;      ///< took longer than the budget
 };
 
@@ -88,6 +88,7 @@ class FrameLoop {
   hal::HeadHistory head_;
   std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
   std::optional<std::uint64_t> last_sequence_;
+  Time last_look_ = nav::kNever;  ///< exposure of the newest frame that told the map something
   MotionOrder order_;
   StageTimes times_;
   FrameLoopCounters counters_;

@@ -17,14 +17,15 @@ struct BusReport {
   hal::WalkStatus walk;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
   nav::Committed committed;
-  nav::StackStop last_stop = nav::StackStop::kNone;  ///< why the walk before this one ended early
-  std::uint64_t order_seen = 0;                      ///< number of the last order taken up
+  // Of the walk before this one:
+  nav::StackStop last_stop = nav::StackStop::kNone;      ///< why it ended early
+  hal::StepReject last_reject = hal::StepReject::kNone;  ///< what the control computer said against a step
+  std::uint32_t last_steps = 0;                          ///< steps walked
 };
 
 /// Frame loop -> bus loop: what the robot is to do until the next order.
 struct MotionOrder {
-  std::uint64_t number = 0;  ///< counts orders, from 1
-  hal::HeadAngles look;      ///< where to point the head
+  hal::HeadAngles look;  ///< where to point the head
   enum class Walk : std::uint8_t {
     kStay,  ///< commit nothing; a walk under way keeps the steps it has been given
     kPlan,  ///< follow `plan`; starts a walk when at rest
@@ -33,12 +34,13 @@ struct MotionOrder {
   nav::StepPlan plan;
 };
 
-/// Bus loop -> frame loop: one line for each step handed to the control computer.
+/// Bus loop -> frame loop: one line for each step that the robot has begun to walk.
 struct StepRecord {
   Time committed{};
   Duration frame_age{};  ///< age of the newest frame that the step rests upon, when it was committed
   std::uint8_t session = 0;
   hal::NumberedStep step;
+  Pose2 landing;  ///< of the foot, in the odometry frame
 };
 
 struct HeadSample {

@@ -54,9 +54,24 @@ const char* name(MissionState state) {
 Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
     : config_(config),
       planner_(config.planner, config.gait, config.outline, grid),
-      gate_(config.gate, config.gait, config.outline) {}
+      gate_(config.gate, config.gait, config.outline),
+      refusals_(config.attempts) {}
+
+void Mission::set_goal(const nav::Goal& goal) {
+  const bool again = over();
+  goal_ = goal;
+  reason_.clear();
+  walk_.reset();
+  planned_once_ = false;
+  fruitless_ = 0;
+  sight_.reset();
+  refusals_.forget();
+  if (again) begin_look_around();
+}
 
 MotionOrder Mission::update(const MissionInput& input) {
+  auto reason = hopeless(input);
+  if (reason && goal_ && !over() && state_ != MissionState::kStarting) give_up(*std::move(reason));
   switch (state_) {
     case MissionState::kStarting:
       return starting(input);
@@ -76,11 +91,22 @@ MotionOrder Mission::update(const MissionInput& input) {
   return rest(input);
 }
 
+/// Why the goal must be given up, whatever the map says.
+std::optional<std::string> Mission::hopeless(const MissionInput& input) {
+  if (!sight_ || input.blind.empty()) sight_ = input.now;
+  if (input.bus.walk.state == hal::WalkState::kFault) return "the control computer reports a fault";
+  if (auto refused = refusals_.look(input.bus)) return refused;
+  if (input.now - *sight_ <= config_.longest_blind) return std::nullopt;
+  char line[64];
+  std::snprintf(line, sizeof line, "nothing has been seen for %.0f s: ", to_seconds(config_.longest_blind));
+  return line + input.blind;
+}
+
 MotionOrder Mission::rest(const MissionInput& input) const {
   MotionOrder order;
   order.look = look_;
   order.walk = input.bus.committed.at_rest ? MotionOrder::Walk::kStay : MotionOrder::Walk::kStop;
-  order.plan.newest_frame = input.exposure;
+  order.plan.newest_frame = input.last_look;
   return order;
 }
 
@@ -110,10 +136,6 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   const nav::Committed& committed = input.bus.committed;
   if (!goal_) {
     state_ = MissionState::kWaitGoal;
-    return rest(input);
-  }
-  if (input.bus.walk.state == hal::WalkState::kFault) {
-    give_up("the control computer reports a fault");
     return rest(input);
   }
   if (walk_ && !follows(committed)) carry_over(committed);
@@ -217,7 +239,7 @@ nav::StepPlan Mission::step_plan(const MissionInput& input, const Gate& gate) co
   nav::StepPlan plan;
   plan.session = committed.session;
   plan.first_index = committed.next_index;
-  plan.newest_frame = input.exposure;
+  plan.newest_frame = input.last_look;
   if (!walk_) return plan;
   const std::size_t done = done_steps(committed), left = walk_->walk.steps.size() - done;
   plan.count = static_cast<int>(std::min<std::size_t>(gate.open, nav::StepPlan::kMost));

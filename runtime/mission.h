@@ -12,6 +12,7 @@
 #include "runtime/gaze.h"
 #include "runtime/links.h"
 #include "runtime/mapper.h"
+#include "runtime/refusals.h"
 
 namespace headway::runtime {
 
@@ -41,15 +42,17 @@ struct MissionConfig {
   double goal_tolerance = 0.06;  ///< [m]
   double yaw_tolerance = 0.06;   ///< [rad]
   int fewer_steps = 6;  ///< a new plan replaces one that is still good when it saves more steps than this
-  int attempts = 3;     ///< looks around from one place before the goal is given up
+  int attempts = 3;     ///< looks around from one place, or walks refused, before the goal is given up
+  Duration longest_blind = seconds(10);  ///< without a frame that shows something, before it is given up
 };
 
-/// What the mission knows when a frame has been taken into the map.
+/// What the mission knows when a frame has been worked on.
 struct MissionInput {
   Time now{};
-  Time exposure{};                                                   ///< of the frame
-  hal::HeadAngles head;                                              ///< at the exposure
-  Eigen::Isometry3d map_from_chest = Eigen::Isometry3d::Identity();  ///< at the exposure
+  Time last_look = nav::kNever;  ///< exposure of the newest frame that told the map something
+  std::string blind;             ///< why this frame told it nothing; empty when it did
+  hal::HeadAngles head;          ///< at this frame's exposure
+  Eigen::Isometry3d map_from_chest = Eigen::Isometry3d::Identity();  ///< at this frame's exposure
   const BusReport& bus;
   const Mapper& mapper;
 };
@@ -74,8 +77,9 @@ class Mission {
  public:
   Mission(const MissionConfig& config, const nav::FloorGrid& grid);
 
-  /// A new destination; taken up when the robot has looked around.
-  void set_goal(const nav::Goal& goal) { goal_ = goal; }
+  /// A new destination, in place of any other. Taken up when the robot has looked around, which it does again
+  /// where it has arrived or stopped; while it walks, with the next frame.
+  void set_goal(const nav::Goal& goal);
 
   /// Decides what the robot does until the next frame.
   MotionOrder update(const MissionInput& input);
@@ -89,6 +93,7 @@ class Mission {
   const MissionCounters& counters() const { return counters_; }
 
  private:
+  std::optional<std::string> hopeless(const MissionInput& input);
   MotionOrder starting(const MissionInput& input);
   MotionOrder look_around(const MissionInput& input);
   MotionOrder walk_on(const MissionInput& input);
@@ -122,6 +127,8 @@ class Mission {
   std::optional<CurrentWalk> walk_;
   nav::PlanResult last_plan_;
   bool planned_once_ = false;
+  std::optional<Time> sight_;  ///< when the last frame came that showed something, or the goal was set
+  Refusals refusals_;
   int fruitless_ = 0;  ///< looks without a step gained
   std::size_t views_taken_ = 0;
   MissionCounters counters_;

@@ -1,11 +1,11 @@
 #include "runtime/bus_loop.h"
 
-#include <algorithm>
-#include <cstdlib>
 #include <new>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "tests/runtime/fake_robot.h"
 
 // heap_count.cpp
 extern thread_local bool g_counting;
@@ -13,79 +13,6 @@ extern thread_local int g_allocations;
 
 namespace headway::runtime {
 namespace {
-
-class SilentBus final : public hal::CanBus {
- public:
-  bool send(const hal::CanFrame&) noexcept override { return true; }
-  std::size_t receive(std::span<hal::CanFrame>) noexcept override { return 0; }
-  hal::CanBusState state() const noexcept override { return hal::CanBusState::kErrorActive; }
-};
-
-class FakeHead final : public hal::Head {
- public:
-  void receive(const hal::CanFrame&) noexcept override {}
-  void tick(Time now) noexcept override { state_.stamp = now; }
-  void command(const hal::HeadAngles& target) noexcept override { state_.target = target; }
-  hal::HeadState state() const noexcept override { return state_; }
-
- private:
-  hal::HeadState state_;
-};
-
-/// A control computer that accepts every step and takes 0.8 s for each.
-class FakeWalker final : public hal::Walker {
- public:
-  void receive(const hal::CanFrame&) noexcept override {}
-  void tick(Time now) noexcept override {
-    status_.stamp = now;
-    if (request_ == hal::WalkRequest::kWalk && status_.state == hal::WalkState::kStanding &&
-        session_ != status_.session) {
-      status_.session = session_;
-      status_.accepted = status_.executing = hal::kNoStep;
-      steps_ = 0;
-      started_ = 0;
-    }
-    if (steps_ > started_ && status_.state == hal::WalkState::kStanding && started_ == 0) begin_step(now);
-    if (status_.state == hal::WalkState::kWalking) {
-      if (now >= ends_) {
-        if (steps_ > started_)
-          begin_step(now);
-        else
-          status_.state = hal::WalkState::kStanding;
-      }
-      status_.phase_remaining = std::max(Duration(0), Duration(ends_ - now));
-    }
-  }
-  bool send(std::uint8_t session, const hal::NumberedStep& step) noexcept override {
-    if (session != status_.session) return false;
-    if (sent_count < sent.size()) sent[sent_count++] = step;
-    status_.accepted = static_cast<std::uint8_t>(step.index % 64);
-    ++steps_;
-    return true;
-  }
-  void control(hal::WalkRequest request, std::uint8_t session, Duration) noexcept override {
-    request_ = request;
-    session_ = session;
-  }
-  hal::WalkStatus status() const noexcept override { return status_; }
-  hal::WalkerHealth health() const noexcept override { return hal::WalkerHealth::kReady; }
-  hal::ChestSample chest() const noexcept override { return {}; }
-
-  std::array<hal::NumberedStep, 64> sent{};
-  std::size_t sent_count = 0;
-
- private:
-  void begin_step(Time now) {
-    status_.state = hal::WalkState::kWalking;
-    status_.executing = static_cast<std::uint8_t>(started_++ % 64);
-    ends_ = now + seconds(0.8);
-  }
-  hal::WalkStatus status_;
-  hal::WalkRequest request_ = hal::WalkRequest::kNone;
-  std::uint8_t session_ = 0;
-  std::uint32_t steps_ = 0, started_ = 0;
-  Time ends_{};
-};
 
 struct Rig {
   hal::ManualClock clock;
@@ -112,7 +39,6 @@ struct Rig {
     links.report.update();
     const nav::Committed& c = links.report.value().committed;
     MotionOrder order;
-    order.number = ++orders;
     order.walk = MotionOrder::Walk::kPlan;
     order.plan.session = c.session;
     order.plan.first_index = c.next_index;
@@ -125,8 +51,9 @@ struct Rig {
           left ? hal::Foot::kLeft : hal::Foot::kRight, {0.1, left ? 0.19 : -0.19, 0}, 0, seconds(0.8)};
     }
     links.order.publish(order);
+    last = order;
   }
-  std::uint64_t orders = 0;
+  MotionOrder last;
 };
 
 TEST(BusLoop, HandsOverThreeStepsAndThenOneForEachStepBegun) {
@@ -147,7 +74,7 @@ TEST(BusLoop, RecordsTheAgeOfTheFrameEachStepRestsUpon) {
   Rig rig;
   rig.run(0.1);
   rig.order(3);
-  rig.run(0.1);
+  rig.run(3);
   StepRecord record;
   int records = 0;
   while (rig.links.steps.pop(record)) {
@@ -156,6 +83,46 @@ TEST(BusLoop, RecordsTheAgeOfTheFrameEachStepRestsUpon) {
     EXPECT_EQ(record.step.index, static_cast<std::uint32_t>(records++));
   }
   EXPECT_EQ(records, 3);
+}
+
+TEST(BusLoop, RecordsOnlyStepsThatTheRobotWalksAndWhereTheyLand) {
+  Rig rig;
+  rig.walker.refused = 2;
+  rig.run(0.1);
+  rig.order(5);
+  rig.run(4);
+  EXPECT_EQ(rig.walker.sent_count, 3U) << "all three were handed over";
+  std::vector<StepRecord> records;
+  for (StepRecord record; rig.links.steps.pop(record);) records.push_back(record);
+  ASSERT_EQ(records.size(), 2U) << "and the third was refused";
+  const BusReport& report = rig.links.report.value();
+  EXPECT_EQ(report.last_stop, nav::StackStop::kRejected);
+  EXPECT_EQ(report.last_reject, hal::StepReject::kReach);
+  EXPECT_EQ(report.last_steps, 2U);
+  EXPECT_EQ(records[0].landing.x, report.committed.stance.left.x);
+  EXPECT_EQ(records[1].landing.x, report.committed.stance.right.x);
+  EXPECT_NEAR(rig.walker.stance.base().x, report.committed.stance.base().x, 1e-9);
+
+  rig.walker.refused = 1000000;
+  rig.order(2);
+  rig.run(4);
+  records.clear();
+  for (StepRecord record; rig.links.steps.pop(record);) records.push_back(record);
+  ASSERT_EQ(records.size(), 2U);
+  EXPECT_NEAR(records[0].landing.x, 0.3, 1e-9) << "goes on from where the walk before ended";
+}
+
+TEST(BusLoop, TakesNothingFromAPlanThatComesTooLate) {
+  Rig rig;
+  rig.run(0.1);
+  rig.order(10);
+  const MotionOrder late = rig.last;
+  rig.run(0.1);
+  rig.links.order.publish(late);
+  rig.run(0.1);
+  EXPECT_EQ(rig.loop.counters().plans_taken, 1U);
+  EXPECT_EQ(rig.loop.counters().plans_late, 1U);
+  EXPECT_EQ(rig.walker.sent_count, 3U);
 }
 
 TEST(BusLoop, ComesToRestWhenNoNewFrameBacksTheSteps) {
@@ -176,7 +143,6 @@ TEST(BusLoop, CommitsNothingMoreAfterAStopAndOpensANewSessionAtRest) {
   rig.run(0.2);
   const auto session = rig.links.report.value().committed.session;
   MotionOrder stop;
-  stop.number = 99;
   stop.walk = MotionOrder::Walk::kStop;
   rig.links.order.publish(stop);
   rig.run(5);

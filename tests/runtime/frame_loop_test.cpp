@@ -1,0 +1,193 @@
+// The frame loop between eyes that show what a test wants, and a bus loop with a robot that walks.
+#include "runtime/frame_loop.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/bus_loop.h"
+#include "runtime/lockstep.h"
+#include "tests/runtime/fake_robot.h"
+#include "tests/runtime/flat_room.h"
+
+namespace headway::runtime {
+namespace {
+
+constexpr double kFrame = 0.1;  // [s]
+
+hal::HeadKinematics neck() {
+  hal::HeadKinematics k;
+  k.chest_from_pan.translation().z() = 0.4;
+  k.tilt_from_camera.linear() = hal::body_from_optical();
+  return k;
+}
+
+/// A frame every 0.1 s, taken by the head as it is, covered or faulty on demand.
+class FakeEyes final : public Eyes {
+ public:
+  FakeEyes(const hal::Clock& clock, const FakeHead& head, const FakeWalker& walker)
+      : clock_(clock), head_(head), walker_(walker) {}
+
+  std::optional<FrameStamp> take() override {
+    if (clock_.now() < next_) return std::nullopt;
+    next_ = clock_.now() + seconds(kFrame);
+    exposure_ = clock_.now() - late;
+    pose_ = walker_.chest().odom_from_chest * neck().chest_from_camera(head_.state().position);
+    return FrameStamp{exposure_, sequence_++};
+  }
+  const vision::RangeView& see() override {
+    view_ = look({}, pose_, covered || !fault_.empty());
+    return view_;
+  }
+  Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
+  const std::string& fault() const override { return fault_; }
+  void break_down(std::string fault) { fault_ = std::move(fault); }
+
+  bool covered = false;
+  Duration late{};  ///< of the exposure behind its delivery
+
+ private:
+  const hal::Clock& clock_;
+  const FakeHead& head_;
+  const FakeWalker& walker_;
+  std::string fault_;
+  Time next_{}, exposure_{};
+  std::uint64_t sequence_ = 0;
+  Eigen::Isometry3d pose_;
+  vision::RangeView view_;
+};
+
+MissionConfig mission_config() {
+  MissionConfig config;
+  config.neck = neck();
+  config.viewpoints = {{0, 0.5}, {0.6, 0.5}, {-0.6, 0.5}, {0, 0.1}};
+  return config;
+}
+
+struct Robot {
+  hal::ManualClock clock;
+  SilentBus bus;
+  FakeHead head;
+  FakeWalker walker;
+  Links links;
+  FakeEyes eyes{clock, head, walker};
+  Mapper mapper{small_map(), {}};
+  Mission mission{mission_config(), mapper.floor().grid};
+  BusLoop bus_loop{{.stance = hal::Stance::parallel({}, 0.19), .steps = {}}, bus, head, walker, links};
+  FrameLoop frames{{.neck = neck()}, eyes, mapper, mission, links, clock};
+  Lockstep lockstep{{.charge = {.see = seconds(0.05)}}, clock, [](Time) {}, bus_loop, frames};
+
+  void run(double s) {
+    for (const Time end = clock.now() + seconds(s); clock.now() < end;) lockstep.step();
+  }
+  const BusReport& report() const { return links.report.value(); }
+};
+
+/// Under way to a goal 3 m ahead, some steps walked.
+struct WalkingRobot : Robot {
+  WalkingRobot() {
+    mission.set_goal({{3, 0}, std::nullopt});
+    for (int i = 0; i < 300 && walker.stance.base().x < 0.3; ++i) run(0.1);
+  }
+  /// What becomes of the walk within the time after which steps may no longer rest on the last frame, and the
+  /// time that the committed ones take.
+  void expect_rest_before_long() {
+    const auto sent = walker.sent_count;
+    run(1.5);
+    EXPECT_LE(walker.sent_count, sent + 2) << "no step rests on a map older than a second";
+    run(3);
+    EXPECT_TRUE(report().committed.at_rest);
+    EXPECT_EQ(report().last_stop, nav::StackStop::kStale);
+    EXPECT_LT(walker.stance.base().x, 2);
+  }
+};
+
+TEST(FrameLoop, LooksMapsAndWalksToTheGoal) {
+  WalkingRobot robot;
+  ASSERT_EQ(robot.mission.state(), MissionState::kWalk) << robot.mission.reason();
+  robot.run(25);
+  EXPECT_EQ(robot.mission.state(), MissionState::kArrived) << robot.mission.reason();
+  EXPECT_NEAR(robot.walker.stance.base().x, 3, 0.07);
+  EXPECT_EQ(robot.frames.counters().unusable, 0U);
+  EXPECT_EQ(robot.frames.counters().no_pose, 0U);
+}
+
+TEST(FrameLoop, ComesToRestSoonWhenTheLensIsCovered) {
+  WalkingRobot robot;
+  ASSERT_EQ(robot.mission.state(), MissionState::kWalk);
+  robot.eyes.covered = true;
+  robot.expect_rest_before_long();
+  EXPECT_GE(robot.frames.counters().unusable, 40U);
+}
+
+TEST(FrameLoop, ComesToRestSoonWhenTheEyesReportAFault) {
+  WalkingRobot robot;
+  ASSERT_EQ(robot.mission.state(), MissionState::kWalk);
+  robot.eyes.break_down("the images have no pixels");
+  robot.expect_rest_before_long();
+  robot.run(10);
+  EXPECT_EQ(robot.mission.state(), MissionState::kStopped);
+  EXPECT_NE(robot.mission.reason().find("nothing has been seen for 10 s: the images have no pixels"),
+            std::string::npos)
+      << robot.mission.reason();
+}
+
+TEST(FrameLoop, WalksOnWhenItSeesAgain) {
+  WalkingRobot robot;
+  robot.eyes.covered = true;
+  robot.run(5);
+  ASSERT_TRUE(robot.report().committed.at_rest);
+  robot.eyes.covered = false;
+  robot.run(30);
+  EXPECT_EQ(robot.mission.state(), MissionState::kArrived) << robot.mission.reason();
+}
+
+TEST(FrameLoop, SkipsAFrameWhosePoseIsNotKnown) {
+  Robot robot;
+  robot.run(1);
+  const auto used = robot.frames.counters().frames;
+  robot.eyes.late = seconds(5);  // exposed before the robot was switched on
+  robot.run(1);
+  EXPECT_GE(robot.frames.counters().no_pose, 9U);
+  EXPECT_LE(robot.frames.counters().frames, used + 1);
+}
+
+TEST(FrameLoop, HandsOverAPlanTooLateForItsFirstStepAndIsRefusedIt) {
+  WalkingRobot robot;
+  Lockstep slow(
+      {.charge = {.see = seconds(0.9)}}, robot.clock, [](Time) {}, robot.bus_loop, robot.frames);
+  for (int i = 0; i < 600; ++i) slow.step();
+  EXPECT_GE(robot.bus_loop.counters().plans_late, 1U);
+}
+
+/// A camera that delivers one frame of a size.
+class OneDepthFrame final : public hal::DepthCamera {
+ public:
+  OneDepthFrame(int width, int height, std::size_t pixels)
+      : width_(width), height_(height), pixels_(pixels) {}
+  bool take_newest(hal::DepthFrame& into) override {
+    into = {at_seconds(1), 1, width_, height_, std::vector<float>(pixels_, 2.0F)};
+    return true;
+  }
+
+ private:
+  int width_, height_;
+  std::size_t pixels_;
+};
+
+std::string fault_of(int width, int height, std::size_t pixels) {
+  OneDepthFrame camera(width, height, pixels);
+  DepthEyes eyes(camera, {.camera = {8, 6, 5, 3.5, 2.5}, .sigma = vision::StereoDepthSigma{1, 0.01}});
+  EXPECT_TRUE(eyes.take());
+  const vision::RangeView& view = eyes.see();
+  const bool points = std::any_of(view.depth.begin(), view.depth.end(), [](float z) { return z > 0; });
+  EXPECT_EQ(points, eyes.fault().empty());
+  return eyes.fault();
+}
+
+TEST(DepthEyes, NameAnImageOfAnotherSize) {
+  EXPECT_EQ(fault_of(8, 6, 48), "");
+  EXPECT_EQ(fault_of(6, 8, 48), "the depth image has 6 x 8 px, expected 8 x 6 px");
+  EXPECT_NE(fault_of(8, 6, 47), "");
+}
+
+}  // namespace
+}  // namespace headway::runtime
