@@ -16,8 +16,6 @@ void require(bool ok, const std::string& what) {
   if (!ok) throw InputError("control_computer: " + what);
 }
 
-constexpr int kAnyLoss = 14;  ///< frames lost in between do not matter, only repeated ones do
-
 hal::Footstep footstep_of(const bus::StepCommand& c) {
   return {c.foot == bus::StepCommand::Foot::kLeft ? hal::Foot::kLeft : hal::Foot::kRight,
           {c.dx, c.dy, c.dtheta},
@@ -54,8 +52,8 @@ ControlComputer::ControlComputer(const ControlComputerConfig& config, const hal:
       pattern_(config.walking, start),
       power_on_(power_on),
       now_(power_on),
-      step_check_(bus::StepCommand::kDataId, kAnyLoss),
-      control_check_(bus::WalkControl::kDataId, kAnyLoss),
+      step_check_(bus::StepCommand::kDataId),
+      control_check_(bus::WalkControl::kDataId),
       status_out_(bus::WalkStatus::kDataId),
       chest_xy_out_(bus::ChestXY::kDataId),
       chest_zrot_out_(bus::ChestZRot::kDataId),

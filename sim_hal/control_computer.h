@@ -39,7 +39,7 @@ struct ControlComputerConfig {
 class ControlComputer final : public hal::BusNode {
  public:
   struct Counters {
-    std::uint64_t unusable = 0;     ///< frames with a bad CRC, a repeated counter or values not declared
+    std::uint64_t unusable = 0;     ///< frames with a bad CRC or counter, or values not declared
     std::uint64_t accepted = 0;     ///< steps
     std::uint64_t rejected = 0;     ///< steps, repetitions counted
     std::uint64_t unsupported = 0;  ///< WalkOrders: this control computer walks footsteps only

@@ -246,6 +246,28 @@ TEST(ControlComputer, NeverUsesADamagedOrRepeatedFrame) {
   EXPECT_EQ(bench.control.counters().accepted, 2U);
 }
 
+TEST(ControlComputer, UsesNoFrameAfterMoreThanFourLost) {
+  WalkBench bench;
+  bench.begin(1);
+  const auto lose = [&](int frames) {
+    hal::CanFrame lost = bench.master.last_sent;
+    for (int i = 0; i < frames; ++i) bench.master.step_out_.protect(lost);
+  };
+  bench.master.send_step(1, 0, forward_step(Foot::kLeft));
+  lose(4);
+  bench.master.send_step(1, 1, forward_step(Foot::kRight));
+  bench.run(0.02);
+  EXPECT_EQ(bench.control.counters().accepted, 2U) << "the counter is five ahead";
+  lose(5);
+  bench.master.send_step(1, 2, forward_step(Foot::kLeft));
+  bench.run(0.02);
+  EXPECT_EQ(bench.control.counters().accepted, 2U);
+  EXPECT_EQ(bench.control.counters().unusable, 1U);
+  bench.master.send_step(1, 2, forward_step(Foot::kLeft));
+  bench.run(0.02);
+  EXPECT_EQ(bench.control.counters().accepted, 3U) << "the next is measured from it";
+}
+
 TEST(ControlComputer, CountsMoreThan64StepsWithoutLosingItsPlace) {
   WalkBench bench;
   bench.begin(5);
