@@ -55,6 +55,15 @@ std::vector<Solid> World::solids() const {
   return all;
 }
 
+const Thing* obstacle_at(const World& world, const Eigen::Vector2d& place, double low, double high) {
+  for (const Thing& thing : world.things) {
+    const Solid& s = thing.solid;
+    if (s.top > low && s.bottom < high && s.contains({place.x(), place.y(), s.centre_height()}))
+      return &thing;
+  }
+  return nullptr;
+}
+
 void add_room(World& world, const Vector2d& centre, const Vector2d& size, double height, int texture) {
   constexpr double kThick = 0.1;
   const double x = (size.x() + kThick) / 2, y = (size.y() + kThick) / 2;

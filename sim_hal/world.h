@@ -85,6 +85,10 @@ struct World {
   std::vector<Solid> solids() const;
 };
 
+/// The first thing standing still whose outline holds a place on the floor and that is in the way of a robot:
+/// part of it lies between the heights `low` and `high` [m]. Null when there is none.
+const Thing* obstacle_at(const World& world, const Eigen::Vector2d& place, double low, double high);
+
 /// Builders that both the files and random worlds use. Each adds things that share a name and a texture.
 
 /// Four walls of 0.1 m around the inside rectangle, and the floor under it.

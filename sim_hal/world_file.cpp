@@ -19,6 +19,7 @@ constexpr config::Range kPlace{-500, 500, "m"};
 constexpr config::Range kAngle{-360, 360, "deg"};
 constexpr config::Range kLength{0.005, 1000, "m"};
 constexpr config::Range kShare{0, 1};
+constexpr double kStepsOver = 0.08, kRobotHeight = 1.70;  // what is between them is in the way of a robot [m]
 constexpr std::size_t kMostThings = 5000;  // a world beyond this is a mistake, and would only be slow
 
 Vector2d vector2(const Section& s, std::string_view key, config::Range allowed = kPlace) {
@@ -216,10 +217,22 @@ class Reader {
     if (((start - world_.floor.centre).cwiseAbs() - world_.floor.size / 2).maxCoeff() >= 0)
       file_.fail("start",
                  fmt::format("[{}, {}] lies off the floor, expected a place on it", start.x(), start.y()));
+    check_goal();
     for (const Solid& s : world_.solids())
       if (floor_distance(s, Solid::cylinder({start.x(), start.y(), 0}, 0.01, 2)) == 0 && s.bottom < 2)
         file_.fail("start",
                    fmt::format("[{}, {}] lies in an obstacle, expected free floor", start.x(), start.y()));
+  }
+
+  void check_goal() const {
+    if (!world_.goal) return;
+    const Vector2d goal = world_.goal->position;
+    if (((goal - world_.floor.centre).cwiseAbs() - world_.floor.size / 2).maxCoeff() >= 0)
+      file_.fail("goal",
+                 fmt::format("[{}, {}] lies outside the floor, expected a place on it", goal.x(), goal.y()));
+    if (const Thing* thing = obstacle_at(world_, goal, kStepsOver, kRobotHeight))
+      file_.fail("goal", fmt::format("[{}, {}] lies in an obstacle ({}), expected free floor", goal.x(),
+                                     goal.y(), thing->name));
   }
 
   const Section& file_;
