@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/drawing.h"
+#include "app/finite_range.h"
 #include "app/level.h"
 #include "app/map_view.h"
 #include "app/pictures.h"
@@ -283,11 +284,15 @@ void add_map(CLI::App& app, Run& run) {
   command->add_option("--rig", options->rig, "Rig file in place of cam0/ and cam1/sensor.yaml")
       ->type_name("FILE");
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
-      ->check(CLI::Range(0.01, 0.5))
+      ->check(finite_in(0.01, 0.5))
       ->type_name("M")
       ->capture_default_str();
-  command->add_option("--near", options->near, "Nothing nearer is measured")->type_name("M");
-  command->add_option("--far", options->far, "Points farther away do not enter the map")->type_name("M");
+  command->add_option("--near", options->near, "Nothing nearer is measured")
+      ->check(finite_in(0, 10000))
+      ->type_name("M");
+  command->add_option("--far", options->far, "Points farther away do not enter the map")
+      ->check(finite_in(0, 10000))
+      ->type_name("M");
   command->callback([options, &run] { run = [options] { return MapRun(*options).run(); }; });
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/commands.h"
 #include "app/drawing.h"
+#include "app/finite_range.h"
 #include "app/map_view.h"
 #include "app/pictures.h"
 #include "app/report.h"
@@ -225,7 +226,10 @@ void add_reconstruct(CLI::App& app, Run& run) {
       ->type_name("DIR");
   CLI::Option* rig = command->add_option("--rig", options->rig, "Rig file (YAML)")->type_name("FILE");
   const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit) {
-    return command->add_option(name, value, help)->type_name(unit)->excludes(rig);
+    return command->add_option(name, value, help)
+        ->check(finite_in(-1e6, 1e6))
+        ->type_name(unit)
+        ->excludes(rig);
   };
   for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX");
   for_rectified("--baseline", options->baseline, "Distance between its cameras", "M");
@@ -235,10 +239,13 @@ void add_reconstruct(CLI::App& app, Run& run) {
                 "PX");
   command
       ->add_option("--near", options->near, "Nearest depth to match: sets how many disparities are searched")
+      ->check(finite_in(0, 10000))
       ->type_name("M");
-  command->add_option("--far", options->far, "Points farther away do not enter the map")->type_name("M");
+  command->add_option("--far", options->far, "Points farther away do not enter the map")
+      ->check(finite_in(0, 10000))
+      ->type_name("M");
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
-      ->check(CLI::Range(0.005, 0.5))
+      ->check(finite_in(0.005, 0.5))
       ->type_name("M")
       ->capture_default_str();
   command
