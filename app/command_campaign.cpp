@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/finite_range.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
+#include "hal/error.h"
 #include "sim_hal/random_world.h"
 
 namespace headway::app {
@@ -41,14 +43,18 @@ Json run_one(const Options& options, const Robot& robot, int number, Totals& tot
   totals.arrived += outcome.arrived;
   totals.collisions += outcome.collision.has_value();
   totals.falls += outcome.fallen;
+  totals.stopped += outcome.end == "stopped";
   Json row = sim_report(session, outcome);
   row.erase("steps");
-  Json with_number = {{"number", number}, {"seed", seed}, {"sight", sim.range_mode ? "range" : "stereo"}};
+  Json with_number = {{"number", number}};
   with_number.update(row);
   return with_number;
 }
 
 int run(const Options& options) {
+  if (options.only >= options.worlds)
+    throw InputError(fmt::format("--only: is {}, expected 0 to {} (one of the worlds that --worlds asks for)",
+                                 options.only, options.worlds - 1));
   const Robot robot = read_robot(options.robot);
   make_folder(options.out);
   Totals totals;
@@ -68,10 +74,13 @@ int run(const Options& options) {
                                            {"arrived", totals.arrived},
                                            {"collisions", totals.collisions},
                                            {"falls", totals.falls},
+                                           {"stopped", totals.stopped},
                                            {"rows", rows}});
-  fmt::print("{} runs: {} arrived, {} collisions, {} falls; {}\n", totals.runs, totals.arrived,
-             totals.collisions, totals.falls, (options.out / "report.json").string());
-  const bool good = totals.collisions == 0 && totals.falls == 0 && totals.arrived * 100 >= totals.runs * 95;
+  fmt::print("{} runs: {} arrived, {} collisions, {} falls, {} stopped with a reason; {}\n", totals.runs,
+             totals.arrived, totals.collisions, totals.falls, totals.stopped,
+             (options.out / "report.json").string());
+  const bool good = totals.runs > 0 && totals.collisions == 0 && totals.falls == 0 &&
+                    totals.arrived * 100 >= totals.runs * 95;
   return good ? kSuccess : kNotReached;
 }
 
@@ -94,9 +103,10 @@ void add_campaign(CLI::App& app, Run& run_command) {
                    "Folder for report.json, and for pictures of runs that did not arrive")
       ->capture_default_str();
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
-  command->add_option("--only", options->only, "Run just this one of the worlds, with pictures");
+  command->add_option("--only", options->only, "Run just this one of the worlds, with pictures")
+      ->check(CLI::Range(0, 99999));
   command->add_option("--longest", options->longest, "Give a run up after so many simulated seconds")
-      ->check(CLI::Range(1.0, 36000.0))
+      ->check(finite_in(1, 36000))
       ->capture_default_str();
   command->footer(
       "Example: headway campaign --worlds 50 --seed 1 --out build/campaign\n"

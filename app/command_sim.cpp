@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/finite_range.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
@@ -36,6 +37,7 @@ int run(const Options& options) {
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
   SimSession session(robot, world, sim);
+  make_folder(options.out);  // so that a long run is not in vain
   SimOutputs outputs(session, options.out);
   Progress progress(world.name);
   session.on_progress([&] {
@@ -65,14 +67,15 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->required();
   command->add_option("--goal", options->goal, "X,Y[,YAW]: where to go [m, deg]; default: the world's goal")
       ->delimiter(',')
-      ->expected(2, 3);
+      ->expected(2, 3)
+      ->check(finite_in(-500, 500));
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
   command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")->capture_default_str();
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");
   command->add_option("--longest", options->longest, "Give up after so many simulated seconds")
-      ->check(CLI::Range(1.0, 36000.0))
+      ->check(finite_in(1, 36000))
       ->capture_default_str();
   command->footer(
       "Example: headway sim config/worlds/moving_box.yaml --out build/demo\n"

@@ -47,7 +47,8 @@ void read_gait(const Section& gait, nav::GaitLimits& limits) {
   limits.forward_on_arc = gait.number("forward_on_arc", {0.01, 0.5, "m"});
   limits.outward = gait.number("outward", {0.005, 0.2, "m"});
   limits.yaw = gait.number("yaw_deg", {0.5, 14, "deg"}) * kDegree;
-  limits.step_duration = seconds(gait.number("step_seconds", {0.4, 1.55, "s"}));
+  // In less than 0.6 s the preview sees too little of the way ahead to balance by, and feet land short.
+  limits.step_duration = seconds(gait.number("step_seconds", {0.6, 1.55, "s"}));
   const auto sole = gait.numbers("sole", 2, {0.05, 0.5, "m"});
   limits.sole_length = sole[0];
   limits.sole_width = sole[1];

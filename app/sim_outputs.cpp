@@ -107,6 +107,20 @@ cv::Mat scene_picture(const sim::Scene& scene) {
   return image_picture(image);
 }
 
+/// What did not fit into the queues between the loops.
+Json dropped(const runtime::Links& links) {
+  return {{"chest", links.chest.dropped()}, {"head", links.head.dropped()}, {"steps", links.steps.dropped()}};
+}
+
+/// Frames of the control computer that could not be used, by reason, and those that never came.
+Json unused(const drivers::WalkerCounts& counts) {
+  return {{"wrong_crc", counts.wrong_crc},
+          {"repeated", counts.repeated},
+          {"wrong_sequence", counts.wrong_sequence},
+          {"undeclared", counts.undeclared},
+          {"lost", counts.lost}};
+}
+
 }  // namespace
 
 Json sim_report(const SimSession& session, const SimOutcome& outcome) {
@@ -119,6 +133,9 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   Json report;
   report["world"] = session.scene().world().name;
   report["robot"] = session.robot().name;
+  report["seed"] = session.options().seed;
+  report["sight"] = session.options().range_mode ? "range" : "stereo";
+  report["replan"] = session.options().replan;
   report["goal"] = {rounded(session.goal().position.x()), rounded(session.goal().position.y())};
   report["arrived"] = outcome.arrived;
   report["end"] = outcome.end;
@@ -139,10 +156,15 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
                       {"lost", frames.lost},
                       {"no_pose", frames.no_pose},
                       {"unusable", frames.unusable}};
-  report["bus"] = {{"cycles", bus.cycles},          {"missed", bus.missed},
-                   {"frames", bus.frames},          {"plans_taken", bus.plans_taken},
-                   {"plans_late", bus.plans_late},  {"plans_refused", bus.plans_refused},
-                   {"walks_ended_early", bus.stops}};
+  report["bus"] = {{"cycles", bus.cycles},
+                   {"missed", bus.missed},
+                   {"frames", bus.frames},
+                   {"plans_taken", bus.plans_taken},
+                   {"plans_late", bus.plans_late},
+                   {"plans_refused", bus.plans_refused},
+                   {"walks_ended_early", bus.stops},
+                   {"dropped", dropped(session.links())},
+                   {"unused", unused(session.walker().counts())}};
   report["precision"] = {
       {"points", precision.points},
       {"coverage_3_sigma", rounded(precision.share())},
@@ -174,7 +196,6 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
 
 SimOutputs::SimOutputs(SimSession& session, std::filesystem::path folder)
     : session_(session), folder_(std::move(folder)) {
-  make_folder(folder_);
   session_.observe([this](const runtime::FrameSnapshot& snapshot) { see(snapshot); });
 }
 
@@ -238,13 +259,9 @@ void SimOutputs::keep_replan(const runtime::FrameSnapshot& snapshot) {
 
 std::vector<FootPrint> SimOutputs::walked_feet() const {
   std::vector<FootPrint> feet;
-  hal::Stance stance =
-      hal::Stance::parallel(session_.scene().world().start, session_.robot().mission.gait.feet_apart);
-  add_stance(stance, feet);
-  for (const auto& record : session_.steps()) {
-    stance = stance.after(record.step.step);
-    feet.push_back({stance.at(record.step.step.foot), record.step.step.foot, true});
-  }
+  add_stance(hal::Stance::parallel(session_.scene().world().start, session_.robot().mission.gait.feet_apart),
+             feet);
+  for (const auto& record : session_.steps()) feet.push_back({record.landing, record.step.step.foot, true});
   return feet;
 }
 
@@ -282,6 +299,7 @@ cv::Mat SimOutputs::floor(const runtime::Mapper& mapper, const runtime::Mission&
 }
 
 std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) {
+  make_folder(folder_);
   const runtime::Mapper& mapper = session_.mapper();
   std::vector<std::filesystem::path> written;
   const auto save = [&](const std::string& name, const cv::Mat& image) {

@@ -17,13 +17,13 @@ namespace headway::app {
 /// The report of a run, as report.json holds it (without wall-clock times).
 Json sim_report(const SimSession& session, const SimOutcome& outcome);
 
-/// Watches a run and writes its files at the end.
+/// Watches a run and writes its files at the end, if asked.
 class SimOutputs {
  public:
   SimOutputs(SimSession& session, std::filesystem::path folder);
 
   void see(const runtime::FrameSnapshot& snapshot);
-  /// Writes everything; returns the pictures' paths.
+  /// Writes everything into the folder, which is made if need be; returns the pictures' paths.
   std::vector<std::filesystem::path> write(const SimOutcome& outcome);
 
  private:

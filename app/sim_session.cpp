@@ -1,5 +1,8 @@
 #include "app/sim_session.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,23 +29,54 @@ bool on_floor(const sim::World& world, const Eigen::Vector2d& p) {
   return d.x() < world.floor.size.x() / 2 && d.y() < world.floor.size.y() / 2;
 }
 
-nav::Goal goal_of(const sim::World& world, const SimOptions& options) {
+/// Throws InputError unless the robot may be sent there.
+void check_goal(const nav::Goal& goal, const sim::World& world, const nav::FloorMapConfig& floor,
+                const std::string& from) {
+  const Eigen::Vector2d& p = goal.position;
+  if (!p.allFinite() || (goal.yaw && !std::isfinite(*goal.yaw)))
+    throw InputError(fmt::format("{}: is not finite, expected numbers", from));
+  if (!on_floor(world, p))
+    throw InputError(
+        fmt::format("{}: ({:.2f}, {:.2f}) lies outside the floor of world '{}', expected x within "
+                    "{:.2f} of {:.2f} and y within {:.2f} of {:.2f}",
+                    from, p.x(), p.y(), world.name, world.floor.size.x() / 2, world.floor.centre.x(),
+                    world.floor.size.y() / 2, world.floor.centre.y()));
+  if (const sim::Thing* thing = sim::obstacle_at(world, p, floor.floor_tolerance, floor.body_height))
+    throw InputError(
+        fmt::format("{}: ({:.2f}, {:.2f}) lies in an obstacle ({}) of world '{}', expected free "
+                    "floor",
+                    from, p.x(), p.y(), thing->name, world.name));
+}
+
+nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions& options) {
+  if (!options.goal && !world.goal)
+    throw InputError(fmt::format("world '{}': has no goal; give one with --goal X,Y[,YAW]", world.name));
+  if (!on_floor(world, world.start.position()))
+    throw InputError(fmt::format("world '{}': start: lies outside the floor", world.name));
   nav::Goal goal;
   if (options.goal)
     goal = *options.goal;
-  else if (world.goal)
-    goal = {world.goal->position, world.goal->yaw};
   else
-    throw InputError(fmt::format("world '{}': has no goal; give one with --goal X,Y[,YAW]", world.name));
-  if (!on_floor(world, goal.position))
-    throw InputError(
-        fmt::format("goal ({:.2f}, {:.2f}): lies outside the floor of world '{}', expected x within {:.2f} "
-                    "of {:.2f} and y within {:.2f} of {:.2f}",
-                    goal.position.x(), goal.position.y(), world.name, world.floor.size.x() / 2,
-                    world.floor.centre.x(), world.floor.size.y() / 2, world.floor.centre.y()));
-  if (!on_floor(world, world.start.position()))
-    throw InputError(fmt::format("world '{}': start: lies outside the floor", world.name));
+    goal = {world.goal->position, world.goal->yaw};
+  check_goal(goal, world, robot.mapper.floor, options.goal ? "--goal" : "goal");
   return goal;
+}
+
+/// The control computer knows the gait of its robot: it takes the steps that the robot file asks for. What
+/// the body makes of them is another matter.
+void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
+  constexpr double kWire = 0.004;  // what a step may gain by rounding [m, rad]
+  sim::StrideLimits& limits = control.limits;
+  limits.forward = std::max(limits.forward, gait.forward + kWire);
+  limits.backward = std::max(limits.backward, gait.backward + kWire);
+  limits.nearest_side = std::min(limits.nearest_side, gait.feet_apart - gait.inward - kWire);
+  limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
+  limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
+  nav::WalkingConfig& walking = control.walking;
+  const double step = 0.05 * std::floor(to_seconds(gait.step_duration) / 0.05 + 1e-6);  // as on the wire
+  walking.shortest_step = std::min(walking.shortest_step, step);
+  walking.preview.window =
+      std::min(walking.preview.window, 2 * walking.shortest_step - walking.double_support);
 }
 
 sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
@@ -54,6 +88,7 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   config.body.seed = options.seed;
   config.body.chest.height = robot.chest_height;
   config.control.chest.height = robot.chest_height;
+  allow(robot.mission.gait, config.control);
   return config;
 }
 
@@ -138,7 +173,7 @@ std::optional<std::string> touched(const sim::Scene& scene, const sim::BodyBox& 
 
 SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOptions& options)
     : robot_(with_map_for(robot, world)),
-      goal_(goal_of(world, options)),
+      goal_(goal_of(robot, world, options)),
       options_(options),
       scene_(world),
       body_(robot_config(robot_, options), world.start),
@@ -219,7 +254,6 @@ SimOutcome SimSession::run() {
 SimOutcome SimSession::judge(std::string end) const {
   SimOutcome out;
   out.end = std::move(end);
-  out.arrived = out.end == "arrived";
   out.fallen = body_.fallen();
   out.collision = body_.collision();
   out.reason = mission_.reason();
@@ -231,6 +265,13 @@ SimOutcome SimSession::judge(std::string end) const {
   const Pose2 base = body_.stance().base();
   out.goal_error = (base.position() - goal_.position).norm();
   if (goal_.yaw) out.goal_yaw_error = std::abs(wrap_angle(base.yaw - *goal_.yaw));
+  out.arrived =
+      out.end == "arrived" && out.goal_error <= kArrivedWithin && out.goal_yaw_error <= kArrivedWithinYaw;
+  if (out.end == "arrived" && !out.arrived) {
+    out.end = "missed";
+    out.reason = fmt::format("believes to be at the goal, and is {:.2f} m and {:.1f} degrees off it",
+                             out.goal_error, out.goal_yaw_error * 180 / std::numbers::pi);
+  }
   out.odometry_error = (base.position() - links_->report.value().committed.stance.base().position()).norm();
   out.walked = body_.path_walked();
   out.seconds = to_seconds(clock_.now());

@@ -31,12 +31,18 @@ struct SimOptions {
   Duration longest = seconds(400);  ///< simulated time after which a run is given up
 };
 
+/// How near the true base must be to the goal to have arrived: what a person would call being there. The
+/// mission's own tolerances are tighter, for it knows the truth by odometry only.
+constexpr double kArrivedWithin = 0.10;     ///< [m]
+constexpr double kArrivedWithinYaw = 0.10;  ///< [rad], where a yaw is wished
+
 /// How a run ended.
 struct SimOutcome {
-  bool arrived = false;
+  bool arrived = false;  ///< at rest, and the true base is where it should be
   bool fallen = false;
   std::optional<sim::Collision> collision;
-  std::string end;            ///< "arrived", "stopped", "collision", "fall" or "time"
+  /// "arrived", "missed" (it believes so, and is elsewhere), "stopped", "collision", "fall" or "time"
+  std::string end;
   std::string reason;         ///< why it stopped, for people
   double goal_error = 0;      ///< true distance of the base from the goal [m]
   double goal_yaw_error = 0;  ///< [rad]; 0 without a wished yaw
@@ -59,7 +65,8 @@ struct SimTrail {
 
 class SimSession {
  public:
-  /// Throws InputError when world and robot do not fit (start or goal outside the floor).
+  /// Throws InputError when world and robot do not fit (start or goal outside the floor, goal in an
+  /// obstacle).
   SimSession(const Robot& robot, const sim::World& world, const SimOptions& options);
 
   /// Called after each frame's work.
@@ -71,6 +78,7 @@ class SimSession {
 
   Time now() const { return clock_.now(); }
   const nav::Goal& goal() const { return goal_; }
+  const SimOptions& options() const { return options_; }
   const Robot& robot() const { return robot_; }
   const sim::Scene& scene() const { return scene_; }
   const sim::SimRobot& body() const { return body_; }
@@ -78,6 +86,7 @@ class SimSession {
   const runtime::Mission& mission() const { return mission_; }
   const runtime::BusLoop& bus_loop() const { return bus_loop_; }
   const runtime::FrameLoop& frame_loop() const { return frames_; }
+  const runtime::Links& links() const { return *links_; }
   const drivers::CanWalker& walker() const { return walker_; }
   const PrecisionCheck::Result& precision() const { return precision_.result(); }
   const std::vector<runtime::StepRecord>& steps() const { return steps_; }

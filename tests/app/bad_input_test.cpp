@@ -87,15 +87,76 @@ TEST(BadInput, AGoalOutsideTheFloorIsRefused) {
   EXPECT_NE(result.error.find("outside"), std::string::npos) << result.error;
 }
 
-TEST(BadInput, AGoalInsideAnObstacleEndsAtRestWithAReason) {
+TEST(BadInput, AGoalInAnObstacleIsRefused) {
   const Folder folder;
   auto arguments = sim_of(kTree / "config/worlds/moving_box.yaml", folder.path / "out");
-  arguments.insert(arguments.end(), {"--goal", "0.55,1.0"});
+  arguments.insert(arguments.end(), {"--goal", "-0.6,1.65"});
   const Result result = headway(arguments);
-  EXPECT_EQ(result.code, kNotReached);
-  const std::string report = text_of(folder.path / "out/report.json");
-  EXPECT_NE(report.find("goal"), std::string::npos);
-  EXPECT_NE(report.find("\"collisions\": 0"), std::string::npos);
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("--goal: (-0.60, 1.65) lies in an obstacle (chest)"), std::string::npos)
+      << result.error;
+  EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
+}
+
+TEST(BadInput, AGoalInAnObstacleOrOffTheFloorIsNamedInItsFile) {
+  const Folder folder;
+  const std::string text = text_of(kTree / "config/worlds/moving_box.yaml");
+  const std::pair<const char*, const char*> all[] = {{"goal: [-0.6, 1.65]", "lies in an obstacle (chest)"},
+                                                     {"goal: [9, 0]", "lies outside the floor"}};
+  for (const auto& [goal, complaint] : all) {
+    std::string changed = text;
+    changed.replace(changed.find("goal: [1.8, 0]"), 14, goal);
+    std::ofstream(folder.path / "w.yaml") << changed;
+    const Result result = headway(sim_of(folder.path / "w.yaml", folder.path / "out"));
+    EXPECT_EQ(result.code, kBadInput);
+    EXPECT_NE(result.error.find("w.yaml:6: goal: "), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find(complaint), std::string::npos) << result.error;
+  }
+}
+
+TEST(BadInput, NumbersThatAreNoneAreRefused) {
+  const Folder folder;
+  const std::string out = (folder.path / "out").string();
+  const auto sim = sim_of(kTree / "config/worlds/lab.yaml", folder.path / "out");
+  const auto with = [](std::vector<std::string> arguments, const std::vector<std::string>& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return headway(arguments);
+  };
+  for (const std::string bad : {"nan", "inf", "-nan"}) {
+    EXPECT_EQ(with(sim, {"--longest", bad}).code, kBadInput);
+    EXPECT_EQ(with(sim, {"--goal", "1,1," + bad}).code, kBadInput);
+    EXPECT_EQ(with(sim, {"--goal=" + bad + ",1"}).code, kBadInput);
+    EXPECT_EQ(with({"campaign", "--out", out}, {"--longest", bad}).code, kBadInput);
+    for (const char* option : {"--resolution", "--near", "--far"})
+      EXPECT_NE(with({"map", "--sequence", "x", "--out", out}, {option, bad}).error.find(option),
+                std::string::npos);
+    for (const char* option :
+         {"--resolution", "--near", "--far", "--focal", "--baseline", "--cx", "--cy", "--offset"})
+      EXPECT_NE(with({"reconstruct", "l", "r", "--out", out}, {option, bad}).error.find(option),
+                std::string::npos);
+  }
+}
+
+TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
+  const Folder folder;
+  std::string text = text_of(kTree / "config/hrp2/robot.yaml");
+  text.replace(text.find("step_seconds: 0.8"), 17, "step_seconds: 0.5");
+  std::ofstream(folder.path / "robot.yaml") << text;
+  try {
+    read_robot(folder.path / "robot.yaml");
+    FAIL() << "was read";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("step_seconds"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("0.6"), std::string::npos) << e.what();
+  }
+}
+
+TEST(BadInput, ACampaignOfNoWorldIsRefused) {
+  const Folder folder;
+  const Result result =
+      headway({"campaign", "--worlds", "3", "--only", "3", "--out", (folder.path / "out").string()});
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("--only: is 3, expected 0 to 2"), std::string::npos) << result.error;
 }
 
 TEST(BadInput, UnknownOptionsAndMissingArgumentsAreRefused) {

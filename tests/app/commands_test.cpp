@@ -1,4 +1,4 @@
-// The commands map and reconstruct as a user calls them.
+// The commands as a user calls them.
 #include "app/commands.h"
 
 #include <algorithm>
@@ -199,6 +199,41 @@ TEST(Report, KeepsTheOrderOfItsKeysAndRoundsItsNumbers) {
   const TemporaryFolder folder;
   write_json(folder / "a.json", {{"z", rounded(0.123456)}, {"a", rounded(-1e-9)}, {"n", rounded(NAN)}});
   EXPECT_EQ(read_text(folder / "a.json"), "{\n  \"z\": 0.1235,\n  \"a\": 0.0,\n  \"n\": null\n}\n");
+}
+
+/// All that two runs of the simulator with these options leave behind is the same, but for the time they
+/// took.
+void expect_same_bytes_twice(const std::vector<std::string>& options) {
+  const TemporaryFolder folder;
+  write_text(folder / "small.yaml",
+             "name: small\nstart: [-0.9, 0, 0]\ngoal: [0.5, 0.2]\nroom: {size: [3.2, 2.6], height: 2}\n"
+             "boxes: [{name: box, centre: [0.2, -0.9, 0.3], size: [0.4, 0.4, 0.6]}]\n");
+  const auto run = [&](const char* out) {
+    std::vector<std::string> arguments{"sim",     (folder / "small.yaml").string(),
+                                       "--out",   (folder / out).string(),
+                                       "--robot", HEADWAY_SOURCE_DIR "/config/hrp2/robot.yaml"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = run_headway(arguments);
+    EXPECT_LE(outcome.code, kNotReached) << outcome.error;
+  };
+  run("one");
+  run("two");
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "one")) {
+    const fs::path name = entry.path().filename();
+    if (name == "timing.json") continue;
+    ++files;
+    EXPECT_TRUE(read_text(entry.path()) == read_text(folder / "two" / name)) << name;
+  }
+  EXPECT_GE(files, 7U);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "two"), {}),
+            static_cast<std::ptrdiff_t>(files) + 1);
+}
+
+TEST(SimSlow, WritesTheSameBytesForTheSameSeed) { expect_same_bytes_twice({"--range"}); }
+
+TEST(SimSlow, WritesTheSameBytesForTheSameSeedThroughBothCameras) {
+  expect_same_bytes_twice({"--longest", "4"});
 }
 
 fs::path data_folder() {

@@ -1,5 +1,7 @@
 #include "app/sim_session.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "app/sim_outputs.h"
@@ -80,7 +82,7 @@ TEST(SimSession, StaysWhereItIsWhenThereIsNoWayAndSaysWhy) {
   const SimOutcome outcome = session.run();
   EXPECT_EQ(outcome.end, "stopped");
   EXPECT_NE(outcome.reason.find("no way"), std::string::npos) << outcome.reason;
-  EXPECT_LT(outcome.walked, 2.5);
+  EXPECT_LT(outcome.walked, 0.01);
 }
 
 TEST(SimSessionSlow, GivesTheSameReportForTheSameSeed) {
@@ -93,6 +95,40 @@ TEST(SimSessionSlow, GivesTheSameReportForTheSameSeed) {
   EXPECT_NE(first, report(8));
 }
 
+TEST(SimSessionSlow, HasNotArrivedWhenItOnlyBelievesSo) {
+  Robot robot = hrp2();
+  robot.simulation.body.stride_scale = 0.85;  // walks less far than it counts
+  SimSession session(robot, empty_room(), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_FALSE(outcome.arrived);
+  EXPECT_EQ(outcome.end, "missed");
+  EXPECT_GT(outcome.goal_error, kArrivedWithin);
+  EXPECT_NE(outcome.reason.find("believes to be at the goal"), std::string::npos) << outcome.reason;
+}
+
+TEST(SimSessionSlow, WalksInTheStepsThatTheRobotFileAsksFor) {
+  Robot robot = hrp2();
+  robot.mission.gait.step_duration = seconds(0.6);
+  SimSession session(robot, empty_room(), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  EXPECT_EQ(session.bus_loop().counters().plans_refused, 0U);
+}
+
+TEST(SimSessionSlow, ReportsStepsThatWereWalkedAndWhatTheyRestOn) {
+  SimSession session(hrp2(), empty_room(), range_mode());
+  const Json report = sim_report(session, session.run());
+  EXPECT_EQ(report["steps"].back()["index"], session.walker().status().executing)
+      << "the last one reported is the last one walked";
+  EXPECT_EQ(report["seed"], 1);
+  EXPECT_EQ(report["sight"], "range");
+  EXPECT_EQ(report["replan"], true);
+  EXPECT_EQ(report["bus"]["dropped"]["steps"], 0);
+  EXPECT_EQ(report["bus"]["unused"]["wrong_crc"], 0);
+  const Pose2 last = session.steps().back().landing;
+  EXPECT_LT((last.position() - session.goal().position).norm(), 0.2) << "the prints lead to the goal";
+}
+
 TEST(SimSession, NeedsAGoalOnTheFloor) {
   sim::World nowhere = empty_room();
   nowhere.goal.reset();
@@ -100,6 +136,9 @@ TEST(SimSession, NeedsAGoalOnTheFloor) {
   SimOptions outside = range_mode();
   outside.goal = nav::Goal{{40, 0}, std::nullopt};
   EXPECT_THROW(SimSession(hrp2(), empty_room(), outside), InputError);
+  SimOptions aimless = range_mode();
+  aimless.goal = nav::Goal{{0, 0}, std::nan("")};
+  EXPECT_THROW(SimSession(hrp2(), empty_room(), aimless), InputError);
 }
 
 }  // namespace
