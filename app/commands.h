@@ -2,18 +2,18 @@
 // function to run; that function returns the exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <functional>
+
+#include <CLI/CLI.hpp>
 
 namespace headway::app {
 
 /// What the program's exit code says.
 enum ExitCode : int {
-  kSuccess = 0,   ///< did what was asked
+  kSuccess = 0,     ///< did what was asked
   kNotReached = 1,  ///< ran to its end, but the aim was not reached (no way, collision, fall, poor result)
-  kBadInput = 2,  ///< an argument or a file is wrong; one line on stderr says which and how to mend it
-  kInternal = 3,  ///< a fault of the program or the machine
+  kBadInput = 2,    ///< an argument or a file is wrong; one line on stderr says which and how to mend it
+  kInternal = 3,    ///< a fault of the program or the machine
 };
 
 using Run = std::function<int()>;

@@ -9,8 +9,8 @@ namespace headway::hal {
 class StereoCamera {
  public:
   virtual ~StereoCamera() = default;
-  /// Moves the newest frame not yet taken into `into` and returns true; older ones are dropped (their sequence
-  /// numbers show the gap). Returns false, and leaves `into` alone, when nothing new is there.
+  /// Moves the newest frame not yet taken into `into` and returns true; older ones are dropped (their
+  /// sequence numbers show the gap). Returns false, and leaves `into` alone, when nothing new is there.
   virtual bool take_newest(StereoFrame& into) = 0;
 };
 

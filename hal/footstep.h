@@ -15,9 +15,9 @@ constexpr Foot other(Foot f) { return f == Foot::kLeft ? Foot::kRight : Foot::kL
 
 /// Where a swinging foot lands, seen from the foot that stands (its x forward, y left).
 struct Footstep {
-  Foot foot = Foot::kLeft;       ///< the foot that swings
-  Pose2 landing;                 ///< support_from_landing [m, rad]
-  double dz = 0;                 ///< height of the landing above the standing sole [m]
+  Foot foot = Foot::kLeft;           ///< the foot that swings
+  Pose2 landing;                     ///< support_from_landing [m, rad]
+  double dz = 0;                     ///< height of the landing above the standing sole [m]
   Duration duration = seconds(0.8);  ///< lift-off of this step to that of the next (single + double support)
 };
 
@@ -30,7 +30,8 @@ inline Footstep quantised(const Footstep& s) {
   using std::chrono::milliseconds;
   const auto units = (s.duration + milliseconds(25)) / milliseconds(50);
   return {s.foot,
-          {snap(s.landing.x, 1e-3, -512, 511), snap(s.landing.y, 1e-3, -512, 511), snap(s.landing.yaw, 2e-3, -128, 127)},
+          {snap(s.landing.x, 1e-3, -512, 511), snap(s.landing.y, 1e-3, -512, 511),
+           snap(s.landing.yaw, 2e-3, -128, 127)},
           snap(s.dz, 8e-3, -16, 15),
           milliseconds(50) * std::clamp<std::int64_t>(units, 0, 31)};
 }

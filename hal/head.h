@@ -16,8 +16,8 @@ struct HeadAngles {
 /// What the head can do; commands are clamped to it before the wire.
 struct HeadLimits {
   HeadAngles lower{-0.785398, -0.523599}, upper{0.785398, 0.785398};  ///< [rad]
-  double velocity = 1.0;                                             ///< profile velocity [rad/s]
-  double acceleration = 4.0;                                         ///< profile acceleration [rad/s^2]
+  double velocity = 1.0;                                              ///< profile velocity [rad/s]
+  double acceleration = 4.0;                                          ///< profile acceleration [rad/s^2]
 };
 
 enum class HeadHealth : std::uint8_t {

@@ -6,8 +6,8 @@ namespace headway::hal {
 
 HeadAngles HeadKinematics::look_at(const Eigen::Vector3d& point_in_chest) const {
   HeadAngles a;
-  // Newton's method on the two image errors would do as well; this fixed point settles in a few rounds because
-  // the joint offsets are small beside the distance.
+  // Newton's method on the two image errors would do as well; this fixed point settles in a few rounds
+  // because the joint offsets are small beside the distance.
   for (int round = 0; round < 10; ++round) {
     const Eigen::Isometry3d camera = chest_from_camera(a);
     const Eigen::Vector3d ray = point_in_chest - camera.translation();

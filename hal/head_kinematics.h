@@ -7,8 +7,8 @@
 
 namespace headway::hal {
 
-/// Fixed transforms of chest -> pan joint -> tilt joint -> left camera. Chest, pan and tilt frames are x forward,
-/// y left, z up at zero angles; the camera frame is optical (z forward, x right, y down).
+/// Fixed transforms of chest -> pan joint -> tilt joint -> left camera. Chest, pan and tilt frames are x
+/// forward, y left, z up at zero angles; the camera frame is optical (z forward, x right, y down).
 struct HeadKinematics {
   Eigen::Isometry3d chest_from_pan = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d pan_from_tilt = Eigen::Isometry3d::Identity();
@@ -24,7 +24,8 @@ struct HeadKinematics {
   HeadAngles look_at(const Eigen::Vector3d& point_in_chest) const;
 };
 
-/// Rotation from the optical frame (z forward, y down) to x forward, y left, z up, then tilted down by `down` [rad].
+/// Rotation from the optical frame (z forward, y down) to x forward, y left, z up, then tilted down by `down`
+/// [rad].
 Eigen::Matrix3d body_from_optical(double down = 0);
 
 }  // namespace headway::hal

@@ -43,7 +43,8 @@ class History {
       if (t < earlier.stamp) continue;
       const Duration gap = later.stamp - earlier.stamp;
       if (gap > max_gap) return std::nullopt;
-      const double share = static_cast<double>((t - earlier.stamp).count()) / static_cast<double>(gap.count());
+      const double share =
+          static_cast<double>((t - earlier.stamp).count()) / static_cast<double>(gap.count());
       return interpolate(earlier.value, later.value, share);
     }
     return std::nullopt;

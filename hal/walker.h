@@ -1,4 +1,5 @@
-// The walking robot behind the control computer: takes footsteps, reports what it does and where its chest is.
+// The walking robot behind the control computer: takes footsteps, reports what it does and where its chest
+// is.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -37,14 +38,14 @@ constexpr std::uint8_t kNoStep = 255;
 
 struct WalkStatus {
   WalkState state = WalkState::kStanding;
-  std::uint8_t session = 0;              ///< 0..15, the walk it has taken up
-  std::uint8_t executing = kNoStep;      ///< number of the step under way (the last one, once standing)
-  std::uint8_t accepted = kNoStep;       ///< the newest number accepted
-  std::uint8_t rejected = kNoStep;       ///< the newest number rejected (meaningful with a reason)
+  std::uint8_t session = 0;          ///< 0..15, the walk it has taken up
+  std::uint8_t executing = kNoStep;  ///< number of the step under way (the last one, once standing)
+  std::uint8_t accepted = kNoStep;   ///< the newest number accepted
+  std::uint8_t rejected = kNoStep;   ///< the newest number rejected (meaningful with a reason)
   StepReject reject_reason = StepReject::kNone;
   int queue_free = 0;
-  Duration phase_remaining{};            ///< until the step under way ends
-  Time stamp{};                          ///< when the frame came
+  Duration phase_remaining{};  ///< until the step under way ends
+  Time stamp{};                ///< when the frame came
 };
 
 /// A step with its number within the session's walk (0, 1, 2, ...; the wire carries it modulo 64).
@@ -61,15 +62,15 @@ enum class WalkerHealth : std::uint8_t {
 };
 
 struct ChestSample {
-  Time stamp{};                 ///< when the pose held
+  Time stamp{};  ///< when the pose held
   Eigen::Isometry3d odom_from_chest = Eigen::Isometry3d::Identity();
 };
 
 /// Speaks footsteps to the control computer. Real-time safe.
 class Walker : public BusNode {
  public:
-  /// Hands over one committed step of the session; repeated on the wire until accepted or rejected. False, and
-  /// nothing done, while the step before is still unanswered and its slots are full.
+  /// Hands over one committed step of the session; repeated on the wire until accepted or rejected. False,
+  /// and nothing done, while the step before is still unanswered and its slots are full.
   virtual bool send(std::uint8_t session, const NumberedStep& step) noexcept = 0;
   /// What is asked of the walk from now on, and the age of the map it rests on (cyclic on the wire).
   virtual void control(WalkRequest request, std::uint8_t session, Duration map_age) noexcept = 0;
