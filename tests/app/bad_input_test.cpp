@@ -1,7 +1,6 @@
 // Broken files and arguments end with exit code 2 and one line that names the file; nothing crashes.
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -11,6 +10,7 @@
 #include "app/robot_file.h"
 #include "hal/error.h"
 #include "sim_hal/world_file.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {
@@ -35,24 +35,6 @@ Result headway(const std::vector<std::string>& arguments) {
   return result;
 }
 
-std::string text_of(const fs::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
-/// A folder of its own, gone at the end.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "headway-bad-input-XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-};
-
 std::vector<std::string> sim_of(const fs::path& world, const fs::path& out) {
   return {"sim",        world.string(), "--out",
           out.string(), "--robot",      (kTree / "config/hrp2/robot.yaml").string(),
@@ -60,27 +42,27 @@ std::vector<std::string> sim_of(const fs::path& world, const fs::path& out) {
 }
 
 TEST(BadInput, AMissingWorldIsNamed) {
-  const Folder folder;
-  const Result result = headway(sim_of(folder.path / "nowhere.yaml", folder.path / "out"));
+  const TemporaryFolder folder;
+  const Result result = headway(sim_of(folder / "nowhere.yaml", folder / "out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("nowhere.yaml"), std::string::npos) << result.error;
   EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
 }
 
 TEST(BadInput, AMalformedWorldIsNamedWithLineAndKey) {
-  const Folder folder;
-  std::string text = text_of(kTree / "config/worlds/lab.yaml");
+  const TemporaryFolder folder;
+  std::string text = read_text(kTree / "config/worlds/lab.yaml");
   text.replace(text.find("seed:"), 5, "sede:");
-  std::ofstream(folder.path / "lab.yaml") << text;
-  const Result result = headway(sim_of(folder.path / "lab.yaml", folder.path / "out"));
+  std::ofstream(folder / "lab.yaml") << text;
+  const Result result = headway(sim_of(folder / "lab.yaml", folder / "out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("lab.yaml:"), std::string::npos) << result.error;
   EXPECT_NE(result.error.find("sede"), std::string::npos) << result.error;
 }
 
 TEST(BadInput, AGoalOutsideTheFloorIsRefused) {
-  const Folder folder;
-  auto arguments = sim_of(kTree / "config/worlds/lab.yaml", folder.path / "out");
+  const TemporaryFolder folder;
+  auto arguments = sim_of(kTree / "config/worlds/lab.yaml", folder / "out");
   arguments.insert(arguments.end(), {"--goal", "40,2"});
   const Result result = headway(arguments);
   EXPECT_EQ(result.code, kBadInput);
@@ -88,8 +70,8 @@ TEST(BadInput, AGoalOutsideTheFloorIsRefused) {
 }
 
 TEST(BadInput, AGoalInAnObstacleIsRefused) {
-  const Folder folder;
-  auto arguments = sim_of(kTree / "config/worlds/moving_box.yaml", folder.path / "out");
+  const TemporaryFolder folder;
+  auto arguments = sim_of(kTree / "config/worlds/moving_box.yaml", folder / "out");
   arguments.insert(arguments.end(), {"--goal", "-0.6,1.65"});
   const Result result = headway(arguments);
   EXPECT_EQ(result.code, kBadInput);
@@ -99,15 +81,15 @@ TEST(BadInput, AGoalInAnObstacleIsRefused) {
 }
 
 TEST(BadInput, AGoalInAnObstacleOrOffTheFloorIsNamedInItsFile) {
-  const Folder folder;
-  const std::string text = text_of(kTree / "config/worlds/moving_box.yaml");
+  const TemporaryFolder folder;
+  const std::string text = read_text(kTree / "config/worlds/moving_box.yaml");
   const std::pair<const char*, const char*> all[] = {{"goal: [-0.6, 1.65]", "lies in an obstacle (chest)"},
                                                      {"goal: [9, 0]", "lies outside the floor"}};
   for (const auto& [goal, complaint] : all) {
     std::string changed = text;
     changed.replace(changed.find("goal: [1.8, 0]"), 14, goal);
-    std::ofstream(folder.path / "w.yaml") << changed;
-    const Result result = headway(sim_of(folder.path / "w.yaml", folder.path / "out"));
+    std::ofstream(folder / "w.yaml") << changed;
+    const Result result = headway(sim_of(folder / "w.yaml", folder / "out"));
     EXPECT_EQ(result.code, kBadInput);
     EXPECT_NE(result.error.find("w.yaml:6: goal: "), std::string::npos) << result.error;
     EXPECT_NE(result.error.find(complaint), std::string::npos) << result.error;
@@ -115,9 +97,9 @@ TEST(BadInput, AGoalInAnObstacleOrOffTheFloorIsNamedInItsFile) {
 }
 
 TEST(BadInput, NumbersThatAreNoneAreRefused) {
-  const Folder folder;
-  const std::string out = (folder.path / "out").string();
-  const auto sim = sim_of(kTree / "config/worlds/lab.yaml", folder.path / "out");
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const auto sim = sim_of(kTree / "config/worlds/lab.yaml", folder / "out");
   const auto with = [](std::vector<std::string> arguments, const std::vector<std::string>& more) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return headway(arguments);
@@ -138,12 +120,12 @@ TEST(BadInput, NumbersThatAreNoneAreRefused) {
 }
 
 TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
-  const Folder folder;
-  std::string text = text_of(kTree / "config/hrp2/robot.yaml");
+  const TemporaryFolder folder;
+  std::string text = read_text(kTree / "config/hrp2/robot.yaml");
   text.replace(text.find("step_seconds: 0.8"), 17, "step_seconds: 0.5");
-  std::ofstream(folder.path / "robot.yaml") << text;
+  std::ofstream(folder / "robot.yaml") << text;
   try {
-    read_robot(folder.path / "robot.yaml");
+    read_robot(folder / "robot.yaml");
     FAIL() << "was read";
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("step_seconds"), std::string::npos) << e.what();
@@ -152,9 +134,9 @@ TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
 }
 
 TEST(BadInput, ACampaignOfNoWorldIsRefused) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Result result =
-      headway({"campaign", "--worlds", "3", "--only", "3", "--out", (folder.path / "out").string()});
+      headway({"campaign", "--worlds", "3", "--only", "3", "--out", (folder / "out").string()});
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("--only: is 3, expected 0 to 2"), std::string::npos) << result.error;
 }
@@ -168,9 +150,9 @@ TEST(BadInput, UnknownOptionsAndMissingArgumentsAreRefused) {
 }
 
 TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {
-  const Folder folder;
-  std::ofstream(folder.path / "file") << "not a folder";
-  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder.path / "file/out"));
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "not a folder";
+  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder / "file/out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("file"), std::string::npos) << result.error;
 }
@@ -202,7 +184,7 @@ std::string mutated(std::string text) {
 }
 
 RC_GTEST_PROP(BadInput, MutatedWorldsAreReadOrRefusedButNeverCrash, ()) {
-  static const std::string kText = text_of(kTree / "config/worlds/lab.yaml");
+  static const std::string kText = read_text(kTree / "config/worlds/lab.yaml");
   try {
     sim::world_from(config::Section::parse(mutated(kText), "lab.yaml"));
   } catch (const InputError& e) {
@@ -211,13 +193,13 @@ RC_GTEST_PROP(BadInput, MutatedWorldsAreReadOrRefusedButNeverCrash, ()) {
 }
 
 RC_GTEST_PROP(BadInput, MutatedRobotsAreReadOrRefusedButNeverCrash, ()) {
-  static const std::string kText = text_of(kTree / "config/hrp2/robot.yaml");
-  const Folder folder;
-  fs::create_directory(folder.path / "rigs");
-  fs::copy_file(kTree / "config/hrp2/rigs/bottom.yaml", folder.path / "rigs/bottom.yaml");
-  std::ofstream(folder.path / "robot.yaml") << mutated(kText);
+  static const std::string kText = read_text(kTree / "config/hrp2/robot.yaml");
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "rigs");
+  fs::copy_file(kTree / "config/hrp2/rigs/bottom.yaml", folder / "rigs/bottom.yaml");
+  std::ofstream(folder / "robot.yaml") << mutated(kText);
   try {
-    read_robot(folder.path / "robot.yaml");
+    read_robot(folder / "robot.yaml");
   } catch (const InputError& e) {
     RC_ASSERT(std::string(e.what()).size() > 10);
   }

@@ -13,7 +13,7 @@
 
 #include "app/drawing.h"
 #include "app/report.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {

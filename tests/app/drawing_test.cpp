@@ -11,7 +11,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {

@@ -13,7 +13,7 @@
 #include "app/pose_files.h"
 #include "hal/error.h"
 #include "hal/head_kinematics.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {

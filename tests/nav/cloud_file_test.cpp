@@ -12,8 +12,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "scratch_folder.h"
 #include "synthetic_room.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::nav {
 namespace {
@@ -63,7 +63,7 @@ TEST(CloudFile, HoldsThePointsOfTheViewInTheMapFrame) {
   const auto view = look(room, camera_of(40, 60, 0.6), pose);
   CloudFile cloud;
   cloud.add(view, pose);
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   cloud.write(folder / "cloud.ply");
   const auto vertices = read_ply(folder / "cloud.ply");
   ASSERT_EQ(vertices.size(), cloud.size());
@@ -102,7 +102,7 @@ TEST(CloudFile, LeavesOutWhatIsNotMeasuredAndShowsUncertaintyFromBlueToRed) {
   vision::RangeView view{{5, 1, 300, 2, 0}, 0.5, 5, {1, kNan, 2, 9, 0.1F}, {1e-4F, kNan, 0.5F, 0.1F, 0.1F}};
   CloudFile cloud;
   cloud.add(view, Isometry3d::Identity());
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   cloud.write(folder / "cloud.ply");
   const auto vertices = read_ply(folder / "cloud.ply");
   ASSERT_EQ(vertices.size(), 2U);

@@ -9,7 +9,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "scratch_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::nav {
 namespace {
@@ -41,7 +41,7 @@ const std::string kPgm = std::string("P5\n3 2\n255\n") + '\x00' + '\xfe' + '\xcd
 
 RC_GTEST_PROP(FloorFiles, GiveBackWhatWasWritten, ()) {
   const FloorMap floor = any_floor();
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write_map_server(floor, folder.path());
   const FloorMap read = read_map_server(folder / "floor.yaml", at_seconds(9));
   RC_ASSERT(read.grid.width == floor.grid.width);
@@ -58,14 +58,14 @@ TEST(FloorFiles, FollowMapServersConvention) {
   FloorMap floor = unseen_floor({0.05, {-1, -2}, 3, 2});
   floor.cells = {Floor::kFree,    Floor::kFree, Floor::kBlocked,  // lowest y: the file's last row
                  Floor::kBlocked, Floor::kFree, Floor::kUnseen};  //
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write_map_server(floor, folder.path());
   EXPECT_EQ(contents(folder / "floor.pgm"), kPgm);
   EXPECT_EQ(contents(folder / "floor.yaml"), kYaml);
 }
 
 TEST(FloorFiles, AreReadWithCommentsNegationThresholdsAndAsciiPixels) {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write(folder / "a.yaml",
         "image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 1\noccupied_thresh: 0.5\nfree_thresh: "
         "0.3\nmode: "
@@ -76,7 +76,7 @@ TEST(FloorFiles, AreReadWithCommentsNegationThresholdsAndAsciiPixels) {
 }
 
 std::string complaint(const std::string& yaml, const std::string& pgm) {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write(folder / "floor.yaml", yaml);
   write(folder / "floor.pgm", pgm);
   try {
@@ -106,7 +106,7 @@ TEST(FloorFiles, SayWhatIsWrongWithAMalformedMap) {
   EXPECT_THAT(complaint(kYaml, replaced(kPgm, "3 2", "30000 30000")), HasSubstr("too short"));
   EXPECT_THAT(complaint(kYaml, replaced(kPgm, "255", "65535")), HasSubstr("8-bit"));
   EXPECT_THAT(complaint(kYaml, ""), HasSubstr("P5 or P2"));
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   EXPECT_THROW(read_map_server(folder / "none.yaml"), InputError);
   EXPECT_THROW(write_map_server(unseen_floor({0.05, {0, 0}, 2, 2}), folder / "none"), InputError);
 }

@@ -12,8 +12,8 @@
 
 #include "hal/error.h"
 #include "nav/integrate.h"
-#include "scratch_folder.h"
 #include "synthetic_room.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::nav {
 namespace {
@@ -92,7 +92,7 @@ VoxelMap any_map() {
 
 RC_GTEST_PROP(OctomapFiles, AreTheTreeThatOctomapItselfBuilds, ()) {
   const VoxelMap map = any_map();
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const auto tree = to_octree(map);
   RC_ASSERT(difference(map, *tree, true) == "");
   write_ot(map, folder / "map.ot");
@@ -111,7 +111,7 @@ RC_GTEST_PROP(OctomapFiles, AreTheTreeThatOctomapItselfBuilds, ()) {
 
 RC_GTEST_PROP(OctomapFiles, HoldTheMapNodeByNode, ()) {
   const VoxelMap map = any_map();
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write_bt(map, folder / "map.bt");
   write_ot(map, folder / "map.ot");
   octomap::OcTree binary(1.0);
@@ -134,7 +134,7 @@ TEST(OctomapFiles, HoldAMapOfARoom) {
     const Eigen::Isometry3d pose = camera_pose({-1, 0, 1.4}, yaw, 0.3);
     integrate(map, look(room, camera_of(170, 240, 0.6), pose), pose, at_seconds(1));
   }
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   write_bt(map, folder / "map.bt");
   octomap::OcTree read(1.0);
   ASSERT_TRUE(read.readBinary((folder / "map.bt").string()));
@@ -144,7 +144,7 @@ TEST(OctomapFiles, HoldAMapOfARoom) {
 
 TEST(OctomapFiles, AppearWholeOrNotAtAll) {
   const VoxelMap map{VoxelMapConfig{}};
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   EXPECT_THROW(write_bt(map, folder / "missing" / "map.bt"), InputError);
   std::filesystem::create_directory(folder / "taken.bt");
   std::ofstream(folder / "taken.bt" / "file") << "in the way";

@@ -9,14 +9,14 @@
 
 #include <unistd.h>
 
-namespace headway::app {
+namespace headway {
 
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     static std::atomic<int> count = 0;
     path_ = std::filesystem::temp_directory_path() /
-            ("headway_app_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+            ("headway_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
     std::filesystem::create_directories(path_);
   }
   ~TemporaryFolder() {
@@ -43,4 +43,4 @@ inline std::string read_text(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-}  // namespace headway::app
+}  // namespace headway
