@@ -98,16 +98,21 @@ fs::path find_pose_table(const fs::path& folder) {
   return tables.front();
 }
 
+constexpr double kClearlyUpright =
+    0.5;  // mean height of the unit vector to the images' top: within 60 deg of up
+
 /// Tables of left camera poses say q_RS, but those of EuRoC's V1_01 hold its inverse (their positions are
-/// right: both compared with EuRoC's own body poses). Of the two readings the one under which the images
-/// stand upright is taken.
+/// right: both compared with EuRoC's own body poses). A table is read inversely only where its images clearly
+/// do not stand upright as written, and clearly do inversely: a camera that looks along -y stands upright
+/// either way, and its table means what it says.
 bool turn_upright(std::vector<StampedPose>& table) {
   double as_written = 0, inverse = 0;
   for (const StampedPose& p : table) {
     as_written -= p.pose.linear()(2, 1);  // how far the image's top points up
     inverse -= p.pose.linear()(1, 2);
   }
-  if (as_written >= inverse) return false;
+  const double clearly = kClearlyUpright * static_cast<double>(table.size());
+  if (as_written >= clearly || inverse < clearly) return false;
   for (StampedPose& p : table) p.pose.linear() = p.pose.linear().transpose().eval();
   return true;
 }

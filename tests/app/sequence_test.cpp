@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <numbers>
 #include <random>
 
 #include <fmt/format.h>
@@ -132,6 +133,25 @@ TEST(StereoSequence, ReadsRotationsThatAreWrittenInverselyTheRightWayRound) {
   EXPECT_TRUE(sequence.rotations_inverted);
   const Eigen::Vector3d down = sequence.frames[0].world_from_camera.linear().col(1);
   EXPECT_LT(down.z(), -0.9);
+}
+
+/// Looking along -y a camera stands nearly as upright in the inverse of its rotation as in the rotation
+/// itself.
+TEST(StereoSequence, TakesARightTableAsItIsWrittenWhereverTheCameraLooks) {
+  const double degree = std::numbers::pi / 180;
+  for (int yaw = -180; yaw < 180; yaw += 15) {
+    for (const double roll : {-10.0, 0.0, 10.0}) {
+      Eigen::Isometry3d pose = upright(2, 20 * degree);
+      pose.linear() = Eigen::AngleAxisd(yaw * degree, Eigen::Vector3d::UnitZ()) * pose.linear() *
+                      Eigen::AngleAxisd(roll * degree, Eigen::Vector3d::UnitZ());
+      std::string table;
+      for (int i = 0; i <= 20; ++i) table += row(1000000000 + i * 50000000, pose);
+      const StereoFolder folder(table);
+      const Sequence sequence = read_sequence(folder.path());
+      EXPECT_FALSE(sequence.rotations_inverted) << "yaw " << yaw << ", roll " << roll;
+      EXPECT_TRUE(sequence.frames[0].world_from_camera.isApprox(pose, 1e-6));
+    }
+  }
 }
 
 TEST(StereoSequence, NamesWhatIsMissing) {
@@ -304,6 +324,7 @@ TEST(RealSequences, AreRead) {
   if (data == nullptr) GTEST_SKIP() << "HEADWAY_DATA is not set";
   const Sequence euroc = read_sequence(fs::path(data) / "sequence" / "euroc");
   EXPECT_EQ(euroc.frames.size(), 14U);
+  EXPECT_TRUE(euroc.rotations_inverted);
   EXPECT_EQ(euroc.frames[0].pose_source, PoseSource::kNearest);
   EXPECT_NE(euroc.frames[8].pose_source, PoseSource::kNearest) << "the table has begun by then";
   // EuRoC's own body pose at that time puts the camera's forward axis there.
