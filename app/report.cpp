@@ -15,9 +15,9 @@
 namespace headway::app {
 
 void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
+  std::error_code error, unknown;
   std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder)) {
+  if (!std::filesystem::is_directory(folder, unknown)) {
     throw InputError(folder.string() + ": cannot be made a folder" +
                      (error ? " (" + error.message() + ")" : "") +
                      ", expected a place where files can be written");

@@ -157,6 +157,13 @@ TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {
   EXPECT_NE(result.error.find("file"), std::string::npos) << result.error;
 }
 
+TEST(BadInput, AnOutFolderWhoseNameIsTooLongIsNamed) {
+  const TemporaryFolder folder;
+  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder / std::string(300, 'x')));
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("xxx: cannot be made a folder"), std::string::npos) << result.error;
+}
+
 /// Cuts, overwrites, doubles or swaps pieces of a text.
 std::string mutated(std::string text) {
   const int edits = *rc::gen::inRange(1, 6);
