@@ -1,8 +1,14 @@
 #include "app/robot_file.h"
 
+#include <algorithm>
 #include <numbers>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
 
 #include "config/yaml_reader.h"
+#include "hal/error.h"
 #include "vision/field.h"
 #include "vision/rig_files.h"
 
@@ -20,6 +26,21 @@ Eigen::Isometry3d offset(const Section& section, std::string_view key) {
   Eigen::Isometry3d t = Eigen::Isometry3d::Identity();
   t.translation() << v[0], v[1], v[2];
   return t;
+}
+
+/// What a part's own check refuses ("part: key: what" or "part: key what"), with its place in the file.
+template <class Part>
+void check(const Section& section, const Part& part) {
+  try {
+    part.validate();
+  } catch (const InputError& fault) {
+    std::string_view what = fault.what();
+    if (const auto colon = what.find(": "); colon != what.npos) what.remove_prefix(colon + 2);
+    const std::string_view key = what.substr(0, what.find_first_not_of("abcdefghijklmnopqrstuvwxyz_"));
+    if (!section.has(key)) section.fail("", std::string(what));
+    what.remove_prefix(std::min(what.size(), what.find_first_not_of(": ", key.size())));
+    section.fail(key, std::string(what));
+  }
 }
 
 void read_neck(const Section& neck, Robot& robot) {
@@ -52,7 +73,7 @@ void read_gait(const Section& gait, nav::GaitLimits& limits) {
   const auto sole = gait.numbers("sole", 2, {0.05, 0.5, "m"});
   limits.sole_length = sole[0];
   limits.sole_width = sole[1];
-  limits.validate();
+  check(gait, limits);
 }
 
 void read_body(const Section& body, nav::BodyOutline& outline) {
@@ -60,7 +81,7 @@ void read_body(const Section& body, nav::BodyOutline& outline) {
   outline.half_width = body.number("half_width", {0.05, 1, "m"});
   outline.sway = body.number("sway", {0, 0.2, "m"});
   outline.safety_margin = body.number("safety_margin", {0, 0.5, "m"});
-  outline.validate();
+  check(body, outline);
 }
 
 void read_map(const Section& map, Robot& robot) {
@@ -74,7 +95,7 @@ void read_map(const Section& map, Robot& robot) {
   robot.mapper.voxels.obstacle_height = robot.mapper.floor.body_height;
   robot.mapper.start_area.radius = map.number("start_radius", {0, 3, "m"});
   robot.mapper.integration.supporters = map.integer("supporters", {0, 8});
-  robot.mapper.floor.validate();
+  check(map, robot.mapper.floor);
 }
 
 void read_planner(const Section& planner, nav::PlannerConfig& config) {
@@ -86,7 +107,7 @@ void read_planner(const Section& planner, nav::PlannerConfig& config) {
   config.near_price = planner.number("near_price", {0, 100});
   config.near_range = planner.number("near_range", {0.05, 3, "m"});
   config.mode_change = planner.number("mode_change_seconds", {0, 60, "s"});
-  config.validate();
+  check(planner, config);
 }
 
 void read_mission(const Section& mission, Robot& robot) {
@@ -112,7 +133,7 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.body.landing_yaw_sigma = body.number("landing_deg", {0, 5, "deg"}) * kDegree;
   config.body.stride_scale = body.number("stride_scale", {0.5, 1.5});
   config.body.yaw_per_step = body.number("yaw_per_step_deg", {-2, 2, "deg"}) * kDegree;
-  config.body.validate();
+  check(body, config.body);
   const Section stage = simulation.section("stage_ms");
   const auto charge = [&](std::string_view key) {
     return seconds(stage.number(key, {0, 1000, "ms"}) * 1e-3);
@@ -137,6 +158,9 @@ Robot read_robot(const std::filesystem::path& file) {
   Robot robot;
   robot.name = section.text("name");
   const std::filesystem::path rig = section.path("rig");
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(rig, ec))
+    section.fail("rig", fmt::format("{} is no file, expected a rig file", rig.string()));
   read_neck(section.section("neck"), robot);
   read_gait(section.section("gait"), robot.mission.gait);
   read_body(section.section("body"), robot.mission.outline);

@@ -69,14 +69,14 @@ FloorMap unseen_floor(const FloorGrid& grid) {
 void FloorMapConfig::validate() const {
   const auto refuse = [](const std::string& what) { throw InputError("floor map: " + what); };
   if (!(floor_tolerance >= 0 && floor_tolerance <= 0.5)) {
-    refuse("floor tolerance: " + std::to_string(floor_tolerance) + " m, expected 0 to 0.5 m");
+    refuse("floor_tolerance: " + std::to_string(floor_tolerance) + " m, expected 0 to 0.5 m");
   }
   if (!(body_height > floor_tolerance && body_height <= 10)) {
-    refuse("body height: " + std::to_string(body_height) +
-           " m, expected more than the floor tolerance, at most 10 m");
+    refuse("body_height: " + std::to_string(body_height) +
+           " m, expected more than floor_tolerance, at most 10 m");
   }
   if (voxels_to_block < 1 || voxels_to_block > 9) {
-    refuse("voxels to block: " + std::to_string(voxels_to_block) + ", expected 1 to 9");
+    refuse("voxels_to_block: " + std::to_string(voxels_to_block) + ", expected 1 to 9");
   }
 }
 

@@ -52,15 +52,16 @@ const char* describe(NoPath reason) {
 }
 
 void PlannerConfig::validate() const {
-  const auto within = [](double v, double lowest, double highest, const char* key) {
-    expect(v >= lowest && v <= highest, key, v, std::to_string(lowest) + " to " + std::to_string(highest));
+  const auto within = [](double v, double lowest, double highest, const char* key, const char* unit = "") {
+    expect(v >= lowest && v <= highest, key, v,
+           std::to_string(lowest) + " to " + std::to_string(highest) + unit);
   };
   within(unseen_price, 0, 100, "unseen_price");
-  within(corridor, 0, 1, "corridor [m]");
+  within(corridor, 0, 1, "corridor", " m");
   within(near_price, 0, 100, "near_price");
-  within(near_range, 0, 3, "near_range [m]");
+  within(near_range, 0, 3, "near_range", " m");
   within(turn_price, 0, 100, "turn_price");
-  within(mode_change, 0, 100, "mode_change [s]");
+  within(mode_change, 0, 100, "mode_change", " s");
 }
 
 class Planner::Search {

@@ -1,0 +1,56 @@
+#include "app/robot_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hal/error.h"
+#include "tests/temporary_folder.h"
+
+namespace headway::app {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kRobot = fs::path(HEADWAY_SOURCE_DIR) / "config/hrp2/robot.yaml";
+
+/// What is said about HRP-2's file after one line of it (the one that begins with `key`, in file order after
+/// `section`) became another.
+std::string fault_of(const std::string& section, const std::string& key, const std::string& line) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "rigs");
+  fs::copy_file(kRobot.parent_path() / "rigs/bottom.yaml", folder / "rigs/bottom.yaml");
+  std::string text = read_text(kRobot);
+  const std::size_t begin = text.find(key, text.find(section));
+  text.replace(begin, text.find('\n', begin) - begin, line);
+  write_text(folder / "robot.yaml", text);
+  const auto number = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(begin), '\n');
+  try {
+    read_robot(folder / "robot.yaml");
+  } catch (const InputError& e) {
+    std::string what = e.what();
+    const std::string place = (folder / "robot.yaml").string() + ":" + std::to_string(number) + ": ";
+    return what.starts_with(place) ? what.substr(place.size()) : "elsewhere: " + what;
+  }
+  return "no fault";
+}
+
+TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
+  EXPECT_THAT(fault_of("gait:", "feet_apart", "feet_apart: 0.12"), HasSubstr("gait.feet_apart: is 0.12"));
+  EXPECT_THAT(fault_of("gait:", "forward_on_arc", "forward_on_arc: 0.3"),
+              HasSubstr("gait.forward_on_arc: is 0.30"));
+  EXPECT_THAT(fault_of("map:", "body_height", "body_height: 0.2"), "no fault");
+  EXPECT_THAT(fault_of("simulation:", "stride_scale", "stride_scale: 1.5"),
+              "simulation.body.stride_scale: must lie between 0.5 and 1.5");
+}
+
+TEST(RobotFile, NamesTheLineOfARigThatIsNotThere) {
+  EXPECT_THAT(fault_of("name:", "rig:", "rig: rigs/nowhere.yaml"), HasSubstr("nowhere.yaml is no file"));
+}
+
+}  // namespace
+}  // namespace headway::app
