@@ -141,6 +141,17 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
 }
 
+/// Trunk and arms, from the neck down to what no longer counts as floor, in the chest's frame: points that
+/// are seen there are the robot itself.
+nav::BodyBox own_body(const Section& neck, const Robot& robot) {
+  const nav::BodyOutline& outline = robot.mission.outline;
+  const double depth = outline.half_depth + outline.sway, width = outline.half_width + outline.sway;
+  const double top = robot.mission.neck.chest_from_pan.translation().z(),
+               bottom = robot.mapper.floor.floor_tolerance - robot.chest_height;
+  if (!(bottom < top)) neck.fail("chest_from_pan", "puts the neck below the floor, expected it above");
+  return {{-depth, -width, bottom}, {depth, width, top}};
+}
+
 }  // namespace
 
 std::filesystem::path default_robot_file() {
@@ -169,6 +180,7 @@ Robot read_robot(const std::filesystem::path& file) {
   read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
   section.finish();
+  robot.mapper.integration.own_body = {own_body(section.section("neck"), robot)};
   robot.rig = vision::read_rig(rig);
   return robot;
 }

@@ -44,8 +44,34 @@ TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
   EXPECT_THAT(fault_of("gait:", "forward_on_arc", "forward_on_arc: 0.3"),
               HasSubstr("gait.forward_on_arc: is 0.30"));
   EXPECT_THAT(fault_of("map:", "body_height", "body_height: 0.2"), "no fault");
+  EXPECT_THAT(fault_of("neck:", "chest_from_pan", "chest_from_pan: [0, 0, -1.5]"),
+              HasSubstr("neck.chest_from_pan: puts the neck below the floor"));
   EXPECT_THAT(fault_of("simulation:", "stride_scale", "stride_scale: 1.5"),
               "simulation.body.stride_scale: must lie between 0.5 and 1.5");
+}
+
+/// HRP-2 looks down over its own chest: `depth` ahead of the camera stands something flat.
+nav::IntegrationStats look_down(double depth) {
+  const Robot robot = read_robot(kRobot);
+  runtime::MapperConfig config = robot.mapper;
+  config.voxels.lowest = {-2, -2, -0.4};
+  config.voxels.highest = {2, 2, 2.4};
+  vision::RangeView view;
+  view.camera = {64, 48, 400, 31.5, 23.5};
+  view.near = 0.2, view.far = 3;
+  view.depth.assign(64 * 48, static_cast<float>(depth));
+  view.sigma_depth.assign(view.depth.size(), 0.005F);
+  const Eigen::Isometry3d map_from_chest = Pose2{}.lifted(robot.chest_height);
+  const Eigen::Isometry3d map_from_camera =
+      map_from_chest * robot.mission.neck.chest_from_camera({0, 1.3963});
+  return runtime::Mapper(config, {}).integrate(view, map_from_camera, map_from_chest, Time{});
+}
+
+TEST(RobotFile, TellsTheMapperWhatOfTheViewIsTheRobotItself) {
+  const nav::IntegrationStats chest = look_down(0.6), floor = look_down(1.33);
+  EXPECT_EQ(chest.hits + chest.misses, 0U);
+  EXPECT_GT(chest.rejected, 0U);
+  EXPECT_GT(floor.hits, 0U);
 }
 
 TEST(RobotFile, NamesTheLineOfARigThatIsNotThere) {
