@@ -9,7 +9,7 @@
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
-#include "sim_hal/world_file.h"
+#include "app/world_map.h"
 
 namespace headway::app {
 
@@ -25,7 +25,7 @@ struct Options {
 
 int run(const Options& options) {
   const Robot robot = read_robot(options.robot);
-  const sim::World world = sim::read_world(options.world);
+  const sim::World world = read_world_for(robot, options.world);
   SimOptions sim;
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/world_map.h"
 #include "hal/error.h"
 #include "vision/rectify.h"
 
@@ -15,11 +16,7 @@ namespace headway::app {
 namespace {
 
 Robot with_map_for(Robot robot, const sim::World& world) {
-  const double margin = robot.map_margin;
-  const Eigen::Vector2d low = world.floor.centre - world.floor.size / 2,
-                        high = world.floor.centre + world.floor.size / 2;
-  robot.mapper.voxels.lowest = {low.x() - margin, low.y() - margin, robot.map_height.x()};
-  robot.mapper.voxels.highest = {high.x() + margin, high.y() + margin, robot.map_height.y()};
+  robot.mapper.voxels = map_box(robot, world);
   robot.mapper.voxels.validate();
   return robot;
 }

@@ -9,7 +9,7 @@
 namespace headway::nav {
 namespace {
 
-constexpr double kMostVoxels = 4e9;      // bytes, too
+constexpr double kMostVoxels = 3e8;      // bytes, too; the floor map and the planner need as much again
 constexpr double kKeyReach = 32768 - 8;  // OctoMap's keys are 16 bits wide
 
 [[noreturn]] void refuse(const std::string& what) { throw InputError("voxel map: " + what); }
@@ -47,7 +47,7 @@ void VoxelMapConfig::validate() const {
   }
   if (((end - first) * 8).prod() > kMostVoxels) {
     refuse("the box " + text(lowest) + " to " + text(highest) +
-           " holds more than 4e9 voxels at this resolution; make it smaller or the voxels larger");
+           " holds more than 3e8 voxels at this resolution; make it smaller or the voxels larger");
   }
   if (!(floor_band > 0 && floor_band <= 1)) {
     refuse("floor band: " + std::to_string(floor_band) + " m, expected more than 0 and at most 1 m");

@@ -1,4 +1,5 @@
 // Broken files and arguments end with exit code 2 and one line that names the file; nothing crashes.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <vector>
@@ -58,6 +59,21 @@ TEST(BadInput, AMalformedWorldIsNamedWithLineAndKey) {
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("lab.yaml:"), std::string::npos) << result.error;
   EXPECT_NE(result.error.find("sede"), std::string::npos) << result.error;
+}
+
+TEST(BadInput, AFloorTooLargeForTheMapIsNamedWithItsLine) {
+  const TemporaryFolder folder;
+  std::string text = read_text(kTree / "config/worlds/lab.yaml");
+  const std::size_t floor = text.find("floor: {size: [7.2, 6.2]");
+  text.replace(floor, 24, "floor: {size: [400, 400]");
+  write_text(folder / "lab.yaml", text);
+  const auto line =
+      std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(floor), '\n'));
+  const Result result = headway(sim_of(folder / "lab.yaml", folder / "out"));
+  EXPECT_EQ(result.code, kBadInput);
+  EXPECT_NE(result.error.find("lab.yaml:" + line + ": floor.size: "), std::string::npos) << result.error;
+  EXPECT_NE(result.error.find("3e8 voxels"), std::string::npos) << result.error;
+  EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
 }
 
 TEST(BadInput, AGoalOutsideTheFloorIsRefused) {

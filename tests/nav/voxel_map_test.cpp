@@ -156,7 +156,7 @@ TEST(VoxelMap, RefusesBoxesThatCannotBe) {
   EXPECT_THAT(complaint([](auto& c) { c.highest.z() = std::nan(""); }), HasSubstr("enclose no box"));
   EXPECT_THAT(complaint([](auto& c) { c.highest.x() = 1e4; }), HasSubstr("OctoMap"));
   EXPECT_THAT(complaint([](auto& c) { c.lowest.setConstant(-100), c.highest.setConstant(100); }),
-              HasSubstr("4e9 voxels"));
+              HasSubstr("3e8 voxels"));
   EXPECT_THAT(complaint([](auto& c) { c.floor_band = -1; }), HasSubstr("floor band"));
   EXPECT_THAT(complaint([](auto& c) { c.obstacle_height = 0; }), HasSubstr("obstacle height"));
 }
