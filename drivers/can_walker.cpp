@@ -23,7 +23,6 @@ static_assert(hal::kNoStep == bus::WalkStatus::kSeqAcceptedNone &&
 
 namespace {
 
-constexpr std::uint8_t kSessions = 15;
 constexpr double kOldestMap = 65.535;  ///< what MapAge can say [s]
 
 bus::StepCommand command_of(std::uint8_t session, const hal::NumberedStep& s) noexcept {
@@ -138,7 +137,7 @@ void CanWalker::pair_halves() noexcept {
 // --- steps ---
 
 bool CanWalker::send(std::uint8_t session, const hal::NumberedStep& step) noexcept {
-  if (session == 0 || session > kSessions || health_ == WalkerHealth::kStarting ||
+  if (session == 0 || session > hal::kLastSession || health_ == WalkerHealth::kStarting ||
       health_ == WalkerHealth::kLost) {
     return false;
   }
@@ -192,7 +191,7 @@ void CanWalker::send_step(Time now) noexcept {
 // --- the walk ---
 
 void CanWalker::control(WalkRequest request, std::uint8_t session, Duration map_age) noexcept {
-  if (session > kSessions) session = 0;
+  if (session > hal::kLastSession) session = 0;
   control_changed_ = control_changed_ || request != request_ || session != control_session_;
   request_ = request;
   control_session_ = session;

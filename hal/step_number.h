@@ -1,4 +1,5 @@
-// Step numbers: 0, 1, 2, ... within a session; the wire carries them modulo 64, and 255 for none.
+// Numbers of walks and of their steps. Sessions count 1, 2, ... 15 and then from 1 again, 0 is none. Steps
+// count 0, 1, 2, ... within a session; the wire carries them modulo 64, and 255 for none.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,7 @@
 
 namespace headway::hal {
 
+inline constexpr std::uint8_t kLastSession = 15;
 inline constexpr std::uint32_t kStepNumbers = 64;
 
 constexpr std::uint8_t wire_number(std::uint32_t index) noexcept {

@@ -2,6 +2,8 @@
 
 #include <type_traits>
 
+#include "hal/step_number.h"
+
 namespace headway::nav {
 
 static_assert(std::is_trivially_copyable_v<StepPlan>);
@@ -10,14 +12,13 @@ static_assert(std::is_trivially_copyable_v<StepStack>);
 
 namespace {
 
-constexpr std::uint8_t kSessions = 16;
-constexpr std::int64_t kSequences = 64;  // numbers on the wire before they begin again
-constexpr std::int64_t kAhead = 3;       // the step under way and the two after it are committed
+constexpr std::int64_t kAhead = 3;  // the step under way and the two after it are committed
 
 }  // namespace
 
 bool StepStack::begin(std::uint8_t session, const hal::Stance& stance) noexcept {
-  if (!committed_.at_rest || session >= kSessions || (begun_ && session == committed_.session)) return false;
+  if (!committed_.at_rest || session > hal::kLastSession || (begun_ && session == committed_.session))
+    return false;
   begun_ = true;
   has_plan_ = due_ = false;
   executing_ = kNone;
@@ -71,11 +72,10 @@ std::optional<std::uint32_t> StepStack::executing() const noexcept {
 }
 
 /// The newest committed step with this number on the wire; kNone when there is none.
-std::int64_t StepStack::unwrapped(std::uint8_t sequence) const noexcept {
-  const std::int64_t last = static_cast<std::int64_t>(committed_.next_index) - 1;
-  if (sequence == hal::kNoStep || last < 0) return kNone;
-  const std::int64_t back = ((last - sequence) % kSequences + kSequences) % kSequences;
-  return back <= last ? last - back : kNone;
+std::int64_t StepStack::committed_index(std::uint8_t number) const noexcept {
+  if (committed_.next_index == 0) return kNone;
+  const std::optional<std::uint32_t> index = hal::unwrapped(number, committed_.next_index - 1);
+  return index ? std::int64_t{*index} : kNone;
 }
 
 /// The control computer has not taken the steps from `index` on, and will not.
@@ -103,10 +103,10 @@ void StepStack::come_to_rest() noexcept {
 }
 
 void StepStack::follow_session(const hal::WalkStatus& status) noexcept {
-  const std::int64_t executing = unwrapped(status.executing);
+  const std::int64_t executing = committed_index(status.executing);
   if (executing < executing_) return stop(StackStop::kLost);
   executing_ = executing;
-  const std::int64_t accepted = unwrapped(status.accepted), rejected = unwrapped(status.rejected);
+  const std::int64_t accepted = committed_index(status.accepted), rejected = committed_index(status.rejected);
   const bool refused = status.reject_reason != hal::StepReject::kNone &&
                        status.reject_reason != hal::StepReject::kFull;  // a full queue passes
   if (refused && rejected > accepted) {

@@ -113,7 +113,7 @@ class StepStack {
   void give_up_start(Time now, const hal::WalkStatus& status) noexcept;
   void come_to_rest() noexcept;
   void forget_from(std::int64_t index) noexcept;
-  std::int64_t unwrapped(std::uint8_t sequence) const noexcept;
+  std::int64_t committed_index(std::uint8_t number) const noexcept;
   const hal::Footstep* next_step() const noexcept;
   bool plan_ends() const noexcept;
   bool fresh(Time now) const noexcept { return now - plan_.newest_frame <= config_.max_map_age; }
