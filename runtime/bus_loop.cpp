@@ -1,10 +1,13 @@
 #include "runtime/bus_loop.h"
 
+#include "hal/step_number.h"
+
 namespace headway::runtime {
 
 namespace {
-constexpr std::uint8_t kFirstSession = 1, kLastSession = 15;  // 0 means none on the wire
-}
+constexpr std::uint8_t kFirstSession = 1;  // 0 means none on the wire
+using hal::kLastSession;
+}  // namespace
 
 BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker,
                  Links& links)
