@@ -42,4 +42,10 @@ struct Pose2 {
   }
 };
 
+/// From `a` (share 0) straight to `b` (share 1), the yaw the short way.
+inline Pose2 interpolate(const Pose2& a, const Pose2& b, double share) {
+  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
+          wrap_angle(a.yaw + share * wrap_angle(b.yaw - a.yaw))};
+}
+
 }  // namespace headway

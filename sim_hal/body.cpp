@@ -78,10 +78,7 @@ void Body::tick(const nav::WalkingSample& command, double period) {
 /// The body is carried by the foot that landed last. It goes over to where that foot really stands within the
 /// correction time, smoothly: a jump would be a blow to the ZMP.
 Pose2 Body::mapped(const Pose2& believed) const {
-  const Pose2 a = before_(believed), b = after_(believed);
-  const double share = smooth(correction_);
-  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
-          wrap_angle(a.yaw + share * wrap_angle(b.yaw - a.yaw))};
+  return interpolate(before_(believed), after_(believed), smooth(correction_));
 }
 
 void Body::follow_feet(const nav::WalkingSample& command, double period) {

@@ -26,11 +26,6 @@ class Joiner {
   int texture_;
 };
 
-Pose2 between(const Pose2& a, const Pose2& b, double share) {
-  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
-          wrap_angle(a.yaw + share * wrap_angle(b.yaw - a.yaw))};
-}
-
 }  // namespace
 
 Pose2 MovingThing::pose_at(Duration after) const {
@@ -40,8 +35,8 @@ Pose2 MovingThing::pose_at(Duration after) const {
   if (next == path.begin()) return path.front().pose;
   if (next == path.end()) return path.back().pose;
   const TimedPose& last = *(next - 1);
-  return between(last.pose, next->pose,
-                 to_seconds(after - last.after) / to_seconds(next->after - last.after));
+  return interpolate(last.pose, next->pose,
+                     to_seconds(after - last.after) / to_seconds(next->after - last.after));
 }
 
 std::vector<Solid> World::solids() const {

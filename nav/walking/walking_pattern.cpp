@@ -20,11 +20,6 @@ double smooth(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 /// 0 at both ends with no velocity or acceleration there, 1 in the middle.
 double arch(double s) { return 64 * std::pow(s * (1 - s), 3); }
 
-Pose2 between(const Pose2& a, const Pose2& b, double share) {
-  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y),
-          wrap_angle(a.yaw + share * wrap_angle(b.yaw - a.yaw))};
-}
-
 int periods(double duration, double period) { return static_cast<int>(std::lround(duration / period)); }
 
 }  // namespace
@@ -154,7 +149,7 @@ void WalkingPattern::advance_feet() noexcept {
 void WalkingPattern::swing(double share) noexcept {
   const Step& now = step(started_ - 1);
   FootPose& foot = now.foot == hal::Foot::kLeft ? left_ : right_;
-  foot.pose = between(now.lift, now.landing, smooth(share));
+  foot.pose = interpolate(now.lift, now.landing, smooth(share));
   foot.z = now.lift_z + smooth(share) * (now.landing_z - now.lift_z) + config_.swing_height * arch(share);
   support_ = now.foot == hal::Foot::kLeft ? Support::kRight : Support::kLeft;
 }

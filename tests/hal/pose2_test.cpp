@@ -23,6 +23,15 @@ RC_GTEST_PROP(WrapAngle, GivesTheSameDirectionWithinOneTurn, (std::int16_t hundr
   RC_ASSERT(std::abs(std::cos(w) - std::cos(a)) < 1e-9);
 }
 
+RC_GTEST_PROP(Pose2, InterpolatesStraightAndTurnsTheShortWay, ()) {
+  const Pose2 a = any_pose(), b = any_pose();
+  const double share = *rc::gen::inRange(0, 101) * 0.01;
+  const Pose2 middle = interpolate(a, b, share);
+  RC_ASSERT((middle.position() - a.position() - share * (b.position() - a.position())).norm() < 1e-9);
+  const double turn = wrap_angle(b.yaw - a.yaw);
+  RC_ASSERT(std::abs(wrap_angle(middle.yaw - a.yaw - share * turn)) < 1e-9);
+}
+
 TEST(WrapAngle, ExcludesPlusPi) { EXPECT_EQ(wrap_angle(std::numbers::pi), -std::numbers::pi); }
 
 RC_GTEST_PROP(Pose2, MultiplyingIsChainingTransforms, ()) {
