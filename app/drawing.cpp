@@ -19,8 +19,6 @@ namespace {
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kCapitalHeight = 21;  // of that font at scale 1 [px]
 
-cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
-
 double font_scale(int height) { return height / kCapitalHeight; }
 
 std::array<Colour, 256> ramp_table(int colormap) {
@@ -39,6 +37,8 @@ std::string length_label(double metres) {
 }
 
 }  // namespace
+
+cv::Scalar scalar(const Colour& colour) { return {double(colour[0]), double(colour[1]), double(colour[2])}; }
 
 Colour ramp_colour(Ramp ramp, double share) {
   static const std::array<Colour, 256> viridis = ramp_table(cv::COLORMAP_VIRIDIS);

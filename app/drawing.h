@@ -19,7 +19,11 @@ inline const Colour kBackground{28, 24, 22};  ///< behind images, and where noth
 inline const Colour kPaper{255, 255, 255};
 inline const Colour kInk{40, 36, 34};
 inline const Colour kPale{215, 210, 205};
+inline const Colour kPath{20, 130, 240}, kLeftFoot{200, 100, 20}, kRightFoot{50, 150, 30};
 }  // namespace colours
+
+/// As OpenCV's drawing functions take it.
+cv::Scalar scalar(const Colour& colour);
 
 /// Perceptually uniform colour maps: equal differences look equal, and brightness alone tells the order.
 enum class Ramp {

@@ -17,11 +17,9 @@ constexpr double kFarthestOff = 2;  // how far beyond the map the picture may re
 
 // Blue, green, red.
 const Colour kFree{250, 250, 250}, kUnseen{196, 190, 184}, kBlocked{72, 62, 56}, kOutside{222, 218, 214};
-const Colour kPath{20, 130, 240}, kBody{200, 160, 60}, kLeftFoot{200, 100, 20}, kRightFoot{50, 150, 30};
-const Colour kTrail{150, 30, 130}, kBelieved{210, 130, 220}, kTruth{60, 60, 200}, kCollision{20, 20, 230};
+const Colour kBody{200, 160, 60}, kTrail{150, 30, 130}, kBelieved{210, 130, 220}, kTruth{60, 60, 200},
+    kCollision{20, 20, 230};
 const Colour kStart{110, 110, 110}, kGoal{40, 40, 220}, kRobot{160, 90, 10};
-
-cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
 
 using Line = std::vector<Eigen::Vector2d>;
 
@@ -227,7 +225,7 @@ void draw_bodies(const FloorLayers& layers, Plan& plan) {
 
 void draw_feet(const FloorLayers& layers, Plan& plan) {
   for (const FootPrint& foot : layers.feet) {
-    const Colour& colour = foot.foot == hal::Foot::kLeft ? kLeftFoot : kRightFoot;
+    const Colour& colour = foot.foot == hal::Foot::kLeft ? colours::kLeftFoot : colours::kRightFoot;
     const Line sole = rectangle(foot.pose, layers.gait.sole_length / 2, layers.gait.sole_width / 2);
     plan.fill(sole, foot.committed ? colour : mixed(colour, kFree, 0.75));
     plan.line(sole, true, colour, 1);
@@ -265,12 +263,13 @@ std::vector<Key> keys_of(const FloorLayers& layers) {
   add(layers.start.has_value(), kStart, "start", Shape::kDot);
   add(layers.goal.has_value(), kGoal, "goal", Shape::kDot);
   add(layers.robot.has_value(), kRobot, "robot", Shape::kFrame);
-  add(!layers.path.empty(), kPath, "path", Shape::kLine);
+  add(!layers.path.empty(), colours::kPath, "path", Shape::kLine);
   add(!layers.bodies.empty(), mixed(kFree, kBody, 0.4), "body mask", Shape::kPatch);
-  add(foot(hal::Foot::kLeft, true), kLeftFoot, "left, committed", Shape::kPatch);
-  add(foot(hal::Foot::kRight, true), kRightFoot, "right, committed", Shape::kPatch);
-  add(foot(hal::Foot::kLeft, false), mixed(kLeftFoot, kFree, 0.75), "left, planned", Shape::kPatch);
-  add(foot(hal::Foot::kRight, false), mixed(kRightFoot, kFree, 0.75), "right, planned", Shape::kPatch);
+  add(foot(hal::Foot::kLeft, true), colours::kLeftFoot, "left, committed", Shape::kPatch);
+  add(foot(hal::Foot::kRight, true), colours::kRightFoot, "right, committed", Shape::kPatch);
+  add(foot(hal::Foot::kLeft, false), mixed(colours::kLeftFoot, kFree, 0.75), "left, planned", Shape::kPatch);
+  add(foot(hal::Foot::kRight, false), mixed(colours::kRightFoot, kFree, 0.75), "right, planned",
+      Shape::kPatch);
   add(!layers.trail.empty(), kTrail, "walked", Shape::kLine);
   add(!layers.believed_trail.empty(), kBelieved, "believed", Shape::kLine);
   add(!layers.obstacles.empty(), kTruth, "true obstacles", Shape::kFrame);
@@ -288,7 +287,7 @@ cv::Mat floor_picture(const nav::FloorMap& floor, const FloorLayers& layers,
   draw_axes(plan, config.title);
   if (!layers.bodies.empty()) draw_bodies(layers, plan);
   for (const Line& line : layers.obstacles) plan.line(line, true, kTruth, 2);
-  plan.line(layers.path, false, kPath, 3);
+  plan.line(layers.path, false, colours::kPath, 3);
   draw_feet(layers, plan);
   plan.line(layers.believed_trail, false, kBelieved, 2);
   plan.line(layers.trail, false, kTrail, 2);

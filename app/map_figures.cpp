@@ -16,7 +16,6 @@ constexpr double kWidestMarks = 60;     // [m]
 // Blue, green, red.
 const Colour kMetal{176, 168, 160}, kBlue{180, 110, 50}, kDark{70, 62, 58}, kEye{60, 200, 240},
     kRed{50, 50, 220};
-const Colour kPath{20, 130, 240}, kLeftFoot{200, 100, 20}, kRightFoot{50, 150, 30};
 
 Eigen::AlignedBox3d box(double x, double y, double z, double depth, double width, double height) {
   const Eigen::Vector3d half(depth / 2, width / 2, height / 2), middle(x, y, z + height / 2);
@@ -116,17 +115,17 @@ FloorMarks::FloorMarks(const MapFigures& figures) {
     return cv::Point(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())));
   };
   const auto fill = [&](const std::vector<cv::Point>& corners, const Colour& colour) {
-    cv::fillPoly(colours_, std::vector{corners}, cv::Scalar(colour[0], colour[1], colour[2]));
+    cv::fillPoly(colours_, std::vector{corners}, scalar(colour));
     cv::fillPoly(drawn_, std::vector{corners}, cv::Scalar(255));
   };
   for (std::size_t i = 0; i + 1 < figures.path.size(); ++i) {
     const cv::Point a = pixel(figures.path[i]), b = pixel(figures.path[i + 1]);
-    cv::line(colours_, a, b, cv::Scalar(kPath[0], kPath[1], kPath[2]), 4);
+    cv::line(colours_, a, b, scalar(colours::kPath), 4);
     cv::line(drawn_, a, b, cv::Scalar(255), 4);
   }
   for (const FootPrint& foot : figures.feet) {
     const double x = figures.gait.sole_length / 2, y = figures.gait.sole_width / 2;
-    const Colour& colour = foot.foot == hal::Foot::kLeft ? kLeftFoot : kRightFoot;
+    const Colour& colour = foot.foot == hal::Foot::kLeft ? colours::kLeftFoot : colours::kRightFoot;
     fill({pixel(foot.pose * Eigen::Vector2d(x, y)), pixel(foot.pose * Eigen::Vector2d(-x, y)),
           pixel(foot.pose * Eigen::Vector2d(-x, -y)), pixel(foot.pose * Eigen::Vector2d(x, -y))},
          foot.committed ? colour : mixed(colour, {255, 255, 255}, 0.45));
