@@ -39,8 +39,6 @@ struct Object {
   bool is_signed = false;
   bool mappable = false;
   std::int64_t value = 0, lowest = 0, highest = 0;  ///< the range allowed to writers
-
-  std::uint32_t key() const { return std::uint32_t{index} << 8 | sub; }
 };
 
 /// Fixed set of objects; no heap after construction.

@@ -109,7 +109,7 @@ class SimRobot {
   bool hits(FaultKind kind, const hal::CanFrame& frame) const;
 
   RobotConfig config_;
-  Time begin_{}, now_{}, next_exposure_{};
+  Time begin_{}, now_{};
   std::int64_t exposures_ = 0;
   SimBus can_;
   SimBus::Endpoint &vision_end_, &pan_end_, &tilt_end_, &control_end_;

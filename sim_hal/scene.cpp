@@ -369,12 +369,6 @@ std::optional<Contact> Scene::collides(std::span<const Solid> parts,
   return std::nullopt;
 }
 
-std::optional<std::size_t> Scene::collides(const OrientedBox& part) const noexcept {
-  for (std::size_t s = 0; s < impl_->solids.size(); ++s)
-    if (overlap(part, impl_->solids[s])) return s;
-  return std::nullopt;
-}
-
 bool Scene::occupied(const Vector3d& point) const {
   return point.z() < 0 || std::any_of(impl_->solids.begin(), impl_->solids.end(),
                                       [&](const Solid& s) { return s.contains(point); });

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "sim_hal/oriented_box.h"
 #include "sim_hal/solid.h"
 #include "sim_hal/world.h"
 
@@ -87,9 +86,6 @@ class Scene {
   /// The first contact of the robot's parts (solids in its base frame) with the world's solids. Exact; the
   /// floor does not count. Real-time safe.
   std::optional<Contact> collides(std::span<const Solid> parts, const Pose2& map_from_base) const noexcept;
-
-  /// The same for one part that is not upright (it sways with the chest): index of the first solid it meets.
-  std::optional<std::size_t> collides(const OrientedBox& part) const noexcept;
 
   /// Truth for evaluation: is a point inside a solid, or below the floor?
   bool occupied(const Eigen::Vector3d& point) const;

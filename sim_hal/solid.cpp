@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace headway::sim {
 
@@ -53,67 +54,6 @@ bool Solid::contains(const Vector3d& point) const {
   if (std::abs(p.z()) > (top - bottom) / 2) return false;
   if (shape == Shape::kCylinder) return p.head<2>().squaredNorm() <= radius * radius;
   return std::abs(p.x()) <= length / 2 && std::abs(p.y()) <= width / 2;
-}
-
-namespace {
-
-// The part of a ray inside something: where it enters and leaves, and the normal where it enters.
-struct Span {
-  double enter = -std::numeric_limits<double>::infinity();
-  double leave = std::numeric_limits<double>::infinity();
-  Vector3d normal = Vector3d::Zero();
-
-  void cut(double from, double to, const Vector3d& entered_through) {
-    if (from > enter) {
-      enter = from;
-      normal = entered_through;
-    }
-    leave = std::min(leave, to);
-  }
-  void miss() { leave = -std::numeric_limits<double>::infinity(); }
-};
-
-void cut_slab(Span& span, double origin, double direction, double half, const Vector3d& axis) {
-  if (direction == 0) {
-    if (std::abs(origin) > half) span.miss();
-    return;
-  }
-  const double a = (-half - origin) / direction, b = (half - origin) / direction;
-  span.cut(std::min(a, b), std::max(a, b), direction > 0 ? Vector3d(-axis) : axis);
-}
-
-void cut_round(Span& span, const Vector2d& origin, const Vector2d& direction, double radius) {
-  const double a = direction.squaredNorm(), b = origin.dot(direction),
-               c = origin.squaredNorm() - radius * radius;
-  if (a == 0) {
-    if (c > 0) span.miss();
-    return;
-  }
-  const double discriminant = b * b - a * c;
-  if (discriminant < 0) return span.miss();
-  const double root = std::sqrt(discriminant);
-  const Vector2d at = origin + (-b - root) / a * direction;
-  span.cut((-b - root) / a, (-b + root) / a, {at.x() / radius, at.y() / radius, 0});
-}
-
-}  // namespace
-
-std::optional<SurfaceHit> intersect(const Solid& solid, const Vector3d& origin, const Vector3d& direction) {
-  const double c = std::cos(solid.pose.yaw), s = std::sin(solid.pose.yaw);
-  const Vector3d o = solid.to_own(origin);
-  const Vector3d d(c * direction.x() + s * direction.y(), c * direction.y() - s * direction.x(),
-                   direction.z());
-  Span span;
-  cut_slab(span, o.z(), d.z(), (solid.top - solid.bottom) / 2, Vector3d::UnitZ());
-  if (solid.shape == Shape::kBox) {
-    cut_slab(span, o.x(), d.x(), solid.length / 2, Vector3d::UnitX());
-    cut_slab(span, o.y(), d.y(), solid.width / 2, Vector3d::UnitY());
-  } else {
-    cut_round(span, o.head<2>(), d.head<2>(), solid.radius);
-  }
-  if (!(span.enter > 0) || !(span.enter <= span.leave)) return std::nullopt;
-  const Vector3d& n = span.normal;
-  return SurfaceHit{span.enter, o + span.enter * d, {c * n.x() - s * n.y(), s * n.x() + c * n.y(), n.z()}};
 }
 
 namespace {

@@ -4,8 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
-#include <optional>
 
 #include "hal/pose2.h"
 
@@ -35,18 +33,6 @@ struct Solid {
   /// Is the point inside (the surface counts)?
   bool contains(const Eigen::Vector3d& point) const;
 };
-
-/// Where a ray meets a surface.
-struct SurfaceHit {
-  double distance = std::numeric_limits<double>::infinity();  ///< in lengths of the ray's direction
-  Eigen::Vector3d own_point = Eigen::Vector3d::Zero();        ///< in the solid's own frame [m]
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();           ///< outward unit normal in the parent frame
-};
-
-/// The first point at which the ray origin + t * direction, t > 0, enters the solid; nothing if it misses, or
-/// starts inside.
-std::optional<SurfaceHit> intersect(const Solid& solid, const Eigen::Vector3d& origin,
-                                    const Eigen::Vector3d& direction);
 
 /// Do two solids of the same frame share volume? Touching does not count.
 bool overlap(const Solid& a, const Solid& b);
