@@ -161,9 +161,7 @@ std::optional<std::string> touched(const sim::Scene& scene, const sim::BodyBox& 
   const sim::Solid part = sim::Solid::box(box.map_from_box.translation(), box.size, std::atan2(x.y(), x.x()));
   const auto contact = scene.collides(std::span(&part, 1), Pose2{});
   if (!contact) return std::nullopt;
-  const auto& world = scene.world();
-  return contact->solid < world.things.size() ? world.things[contact->solid].name
-                                              : world.moving[contact->solid - world.things.size()].thing.name;
+  return scene.name_of(static_cast<int>(contact->solid));
 }
 
 }  // namespace
