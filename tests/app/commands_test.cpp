@@ -248,8 +248,8 @@ TEST(RealDataSlow, MotorcycleIsReconstructedPrecisely) {
   const fs::path pair = data / "stereo" / "motorcycle";
   const Outcome outcome =
       run_headway({"reconstruct", (pair / "left.png").string(), (pair / "right.png").string(), "--rig",
-                   HEADWAY_SOURCE_DIR "/config/rigs/motorcycle.yaml", "--truth", (pair / "gt16.png").string(),
-                   "--out", folder.path().string()});
+                   HEADWAY_SOURCE_DIR "/config/rigs/middlebury_motorcycle.yaml", "--truth",
+                   (pair / "gt16.png").string(), "--out", folder.path().string()});
   ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
   const auto report = json_of(folder / "report.json");
   EXPECT_LE(report["bad_2"], 0.06);
