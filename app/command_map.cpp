@@ -60,7 +60,9 @@ struct Ground {
 Ground find_ground(const Sequence& sequence, SequenceEyes& eyes) {
   std::vector<Surfel> surfels;
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  Progress progress("finding the floor");
   for (const std::size_t i : spread(sequence.frames.size(), kFramesToLevel)) {
+    progress.show(i, sequence.frames.size(), sequence.frames[i].name);
     const SequenceEyes::Look look = eyes.look(sequence.frames[i]);
     add_surfels(*look.view, look.world_from_view, kSurfelsPerFrame, surfels);
     up -= look.world_from_view.linear().col(1);  // cameras are held upright, more or less
@@ -141,7 +143,7 @@ class MapRun {
                box["memory_mib"].dump());
     integrate_all();
     write_map();
-    write_reports(box);
+    write_report(box);
     fmt::print("{}: {} points seen; report.json, map_view.png, map_above.png, floor.png, cloud.ply, map.bt\n",
                options_.out.string(), points_);
     return kSuccess;
@@ -189,12 +191,11 @@ class MapRun {
                        {"voxels_hit", stats.hits},
                        {"voxels_emptied", stats.misses},
                        {"voxels_first_seen", stats.first_seen},
-                       {"bricks_changed", stats.bricks_changed}});
-    times_.push_back({{"frame", frame.name},
-                      {"read_ms", rounded(look_.read_ms, 3)},
-                      {"see_ms", rounded(look_.see_ms, 3)},
-                      {"integrate_ms", rounded(integrate_ms, 3)},
-                      {"floor_ms", rounded(floor_ms, 3)}});
+                       {"bricks_changed", stats.bricks_changed},
+                       {"read_ms", rounded(look_.read_ms, 3)},
+                       {"see_ms", rounded(look_.see_ms, 3)},
+                       {"integrate_ms", rounded(integrate_ms, 3)},
+                       {"floor_ms", rounded(floor_ms, 3)}});
   }
 
   void draw_last(std::size_t i) const {
@@ -228,7 +229,7 @@ class MapRun {
     nav::write_map_server(floor_, options_.out);
   }
 
-  void write_reports(const Json& box) const {
+  void write_report(const Json& box) const {
     const nav::ExploredSpace space = nav::explored(*map_);
     const nav::ExploredFloor area = nav::explored(floor_);
     Json report = {{"layout", sequence_.rig ? "stereo" : "depth"},
@@ -248,7 +249,6 @@ class MapRun {
                    {"skipped", sequence_.skipped},
                    {"frames", frames_}};
     write_json(options_.out / "report.json", report);
-    write_json(options_.out / "timing.json", {{"frames", times_}});
   }
 
   MapOptions options_;
@@ -261,7 +261,7 @@ class MapRun {
   nav::CloudFile cloud_;
   SequenceEyes::Look look_;
   std::size_t points_ = 0;
-  Json frames_ = Json::array(), times_ = Json::array();
+  Json frames_ = Json::array();
 };
 
 }  // namespace
@@ -274,7 +274,8 @@ void add_map(CLI::App& app, Run& run) {
       "cam0/sensor.yaml, cam1/sensor.yaml, left_cam_gt*.csv with poses of the left camera), or depth images\n"
       "(frame-000000.depth.png [16 bit, mm], frame-000000.pose.txt [4x4, world from camera], ...,\n"
       "camera-intrinsics.txt [3x3]). The map lies level, its floor at z = 0 under the first camera.\n"
-      "Writes report.json, timing.json, pictures, cloud.ply, map.bt, floor.pgm and floor.yaml.");
+      "Writes report.json (with each frame's density and times), pictures, cloud.ply, map.bt, floor.pgm and "
+      "floor.yaml.");
   command->add_option("--sequence", options->sequence, "Folder of the sequence")
       ->required()
       ->type_name("DIR");

@@ -111,14 +111,18 @@ class Reconstruction {
     times_["read_ms"] = rounded(watch.lap_ms(), 3);
     vision::StereoVision eyes(rig_of(options_, frame.left));
     make_folder(options_.out);
+    show_progress("matching");
     watch.lap_ms();
     const vision::RangeView& view = eyes.see(frame);
     times_["see_ms"] = rounded(watch.lap_ms(), 3);
     if (!eyes.fault().empty()) throw InputError(options_.left.string() + ": " + eyes.fault());
+    show_progress("pictures");
     write_pictures(eyes, view);
+    show_progress("map");
     map(view);
     describe(eyes, view);
     if (!options_.truth.empty()) compare(eyes.disparity());
+    progress_.reset();
     write_json(options_.out / "report.json", report_);
     write_json(options_.out / "timing.json", times_);
     fmt::print(
@@ -128,6 +132,8 @@ class Reconstruction {
   }
 
  private:
+  void show_progress(const char* stage) { progress_->show(++stage_, 3, stage); }
+
   void write_pictures(const vision::StereoVision& eyes, const vision::RangeView& view) {
     Stopwatch watch;
     write_png(image_picture(eyes.rectified_left()), options_.out / "left.png");
@@ -205,6 +211,8 @@ class Reconstruction {
   }
 
   ReconstructOptions options_;
+  std::optional<Progress> progress_{"reconstructing"};
+  std::size_t stage_ = 0;
   Json report_ = Json::object(), times_ = Json::object();
 };
 
