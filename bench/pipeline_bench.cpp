@@ -17,13 +17,14 @@
 #include "sim_hal/scene.h"
 #include "sim_hal/sim_camera.h"
 #include "sim_hal/world_file.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/rig_files.h"
 #include "vision/stereo.h"
 
 namespace headway {
 namespace {
 
-const std::filesystem::path kTree = HEADWAY_SOURCE_DIR;
+const std::filesystem::path kTree = source_dir();
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Look {

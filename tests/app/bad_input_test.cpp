@@ -11,13 +11,14 @@
 #include "app/robot_file.h"
 #include "hal/error.h"
 #include "sim_hal/world_file.h"
+#include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path kTree = HEADWAY_SOURCE_DIR;
+const fs::path kTree = source_dir();
 
 struct Result {
   int code = 0;

@@ -13,6 +13,7 @@
 
 #include "app/drawing.h"
 #include "app/report.h"
+#include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
@@ -215,7 +216,7 @@ void expect_same_bytes_twice(const std::vector<std::string>& options) {
   const auto run = [&](const char* out) {
     std::vector<std::string> arguments{"sim",     (folder / "small.yaml").string(),
                                        "--out",   (folder / out).string(),
-                                       "--robot", HEADWAY_SOURCE_DIR "/config/hrp2/robot.yaml"};
+                                       "--robot", (source_dir() / "config/hrp2/robot.yaml").string()};
     arguments.insert(arguments.end(), options.begin(), options.end());
     const Outcome outcome = run_headway(arguments);
     EXPECT_LE(outcome.code, kNotReached) << outcome.error;
@@ -252,7 +253,7 @@ TEST(RealDataSlow, MotorcycleIsReconstructedPrecisely) {
   const fs::path pair = data / "stereo" / "motorcycle";
   const Outcome outcome =
       run_headway({"reconstruct", (pair / "left.png").string(), (pair / "right.png").string(), "--rig",
-                   HEADWAY_SOURCE_DIR "/config/rigs/middlebury_motorcycle.yaml", "--truth",
+                   (source_dir() / "config/rigs/middlebury_motorcycle.yaml").string(), "--truth",
                    (pair / "gt16.png").string(), "--out", folder.path().string()});
   ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
   const auto report = json_of(folder / "report.json");

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
+#include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
@@ -16,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const fs::path kRobot = fs::path(HEADWAY_SOURCE_DIR) / "config/hrp2/robot.yaml";
+const fs::path kRobot = source_dir() / "config/hrp2/robot.yaml";
 
 /// What is said about HRP-2's file after one line of it (the one that begins with `key`, in file order after
 /// `section`) became another.

@@ -6,11 +6,12 @@
 
 #include "app/sim_outputs.h"
 #include "sim_hal/world_file.h"
+#include "tests/source_dir/source_dir.h"
 
 namespace headway::app {
 namespace {
 
-const std::filesystem::path kTree = HEADWAY_SOURCE_DIR;
+const std::filesystem::path kTree = source_dir();
 
 Robot hrp2() { return read_robot(kTree / "config/hrp2/robot.yaml"); }
 sim::World world(const std::string& name) {

@@ -14,6 +14,7 @@
 #include "sim_hal/random_world.h"
 #include "sim_hal/reachable.h"
 #include "sim_hal/world_file.h"
+#include "tests/source_dir/source_dir.h"
 
 namespace headway::sim {
 namespace {
@@ -21,9 +22,9 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using testing::HasSubstr;
 
-const std::string kWorlds = HEADWAY_SOURCE_DIR "/config/worlds/";
+const std::filesystem::path kWorlds = source_dir() / "config/worlds";
 
-World shipped(const std::string& name) { return read_world(kWorlds + name + ".yaml"); }
+World shipped(const std::string& name) { return read_world(kWorlds / (name + ".yaml")); }
 
 World parsed(const std::string& text) { return world_from(config::Section::parse(text, "w.yaml")); }
 
@@ -114,7 +115,7 @@ TEST(WorldFile, NamesFileLineAndKeyOfEachFault) {
 }
 
 TEST(WorldFile, TakesNoHarmFromTruncatedAndMutatedText) {
-  std::ifstream in(kWorlds + "lab.yaml");
+  std::ifstream in(kWorlds / "lab.yaml");
   std::stringstream whole;
   whole << in.rdbuf();
   const std::string text = whole.str() + kSmall.substr(kSmall.find("moving:"));

@@ -8,6 +8,7 @@
 
 #include "hal/error.h"
 #include "scene.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/disparity_sigma.h"
 #include "vision/evaluation.h"
 #include "vision/image_files.h"
@@ -133,8 +134,7 @@ class OnMotorcycle : public testing::Test {
   }
   // The whole way, with the range of disparities that the rig file asks for.
   DisparityImage matched() const {
-    StereoVision vision(
-        read_rig(std::filesystem::path(HEADWAY_SOURCE_DIR) / "config/rigs/middlebury_motorcycle.yaml"));
+    StereoVision vision(read_rig(source_dir() / "config/rigs/middlebury_motorcycle.yaml"));
     hal::StereoFrame frame;
     frame.left = left, frame.right = right;
     vision.see(frame);

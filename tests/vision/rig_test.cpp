@@ -10,6 +10,7 @@
 
 #include "random_rig.h"
 #include "scene.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
 
@@ -20,7 +21,7 @@ using test::random_rig;
 using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
-const std::filesystem::path kRigs = std::filesystem::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs";
+const std::filesystem::path kRigs = source_dir() / "config/hrp2/rigs";
 
 std::string file_text(const std::filesystem::path& file) {
   std::ifstream in(file);

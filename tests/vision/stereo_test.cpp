@@ -8,6 +8,7 @@
 
 #include "hal/error.h"
 #include "scene.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/image_files.h"
 #include "vision/rig_files.h"
 
@@ -17,9 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using test::image;
 
-StereoRig bottom() {
-  return read_rig(std::filesystem::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs/bottom.yaml");
-}
+StereoRig bottom() { return read_rig(source_dir() / "config/hrp2/rigs/bottom.yaml"); }
 
 // How a view agrees with the plane `normal` . x = `offset` of the raw left frame.
 struct Agreement {
