@@ -1,34 +1,14 @@
 // The masters run within the bus cycle: once built they must not touch the heap, whatever comes in.
-#include <cstdlib>
-#include <new>
-
 #include <gtest/gtest.h>
 
 #include "tests/drivers/head_bench.h"
 #include "tests/drivers/walker_bench.h"
-
-namespace {
-
-thread_local bool counting = false;
-thread_local int allocations = 0;
-
-void* allocate(std::size_t size) {
-  if (counting) ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return allocate(size); }
-void* operator new[](std::size_t size) { return allocate(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/heap_count.h"
 
 namespace headway::drivers {
 namespace {
+
+std::uint64_t allocations = 0;
 
 /// Counts what a master allocates, not what its scripted peers do.
 template <class Master>
@@ -37,10 +17,10 @@ class Counted {
   explicit Counted(Master& master) : master_(master) {}
   template <class Call>
   auto operator()(Call call) {
-    counting = true;
-    struct Stop {
-      ~Stop() { counting = false; }
-    } stop;
+    struct Count {
+      std::uint64_t before = heap_allocations();
+      ~Count() { allocations += heap_allocations() - before; }
+    } count;
     return call(master_);
   }
 
@@ -53,7 +33,7 @@ TEST(HeapCount, SeesAnAllocation) {
   Counted counted(unused);
   allocations = 0;
   delete counted([](int&) { return new int(1); });
-  EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(allocations, 1U);
 }
 
 TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) {
@@ -88,7 +68,7 @@ TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) {
   }
   EXPECT_TRUE(was_ready && was_fault);
   EXPECT_EQ(head.state().health, hal::HeadHealth::kReady);
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(allocations, 0U);
 }
 
 TEST(CanWalker, UsesNoHeapWhateverComesIn) {
@@ -114,7 +94,7 @@ TEST(CanWalker, UsesNoHeapWhateverComesIn) {
     for (; read < bus.sent.size(); ++read) control.receive(bus.sent[read], now);
   }
   EXPECT_GT(control.accepted.size(), 100u);
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(allocations, 0U);
 }
 
 }  // namespace

@@ -6,11 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
-#include "heap_count.h"
 #include "map_score.h"
 #include "nav/floor_map.h"
 #include "room_map.h"
 #include "synthetic_room.h"
+#include "tests/heap_count.h"
 
 namespace headway::nav {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/nav/heap_count.h"
+#include "tests/heap_count.h"
 
 namespace headway::nav {
 namespace {

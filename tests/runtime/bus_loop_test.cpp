@@ -5,11 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/heap_count.h"
 #include "tests/runtime/fake_robot.h"
-
-// heap_count.cpp
-extern thread_local bool g_counting;
-extern thread_local int g_allocations;
 
 namespace headway::runtime {
 namespace {
@@ -165,15 +162,12 @@ TEST(BusLoop, UsesNoHeapInItsCycle) {
   Rig rig;
   rig.run(0.1);
   rig.order(10);
-  g_counting = true;
+  const std::uint64_t before = heap_allocations();
   rig.run(3);
-  g_counting = false;
-  EXPECT_EQ(g_allocations, 0);
-  g_counting = true;
+  EXPECT_EQ(heap_allocations(), before);
   void* volatile proof = ::operator new(8);  // the counter does count
-  g_counting = false;
   ::operator delete(proof);
-  EXPECT_EQ(g_allocations, 1);
+  EXPECT_EQ(heap_allocations(), before + 1);
 }
 
 }  // namespace
