@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "config/yaml_limits.h"
+
 namespace headway::vision {
 
 namespace fs = std::filesystem;
@@ -60,6 +62,36 @@ Section load_opencv_yaml(const fs::path& file) {
   std::string text = buffer.str();
   if (text.starts_with("%YAML:")) text[0] = '#';
   return Section::parse(text, file.string());
+}
+
+// A YAML text in single quotes, which takes any character but a line break.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : config::one_line(text)) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
+
+std::string camera_text(const CameraIntrinsics& c) {
+  return fmt::format(
+      "  focal: [{}, {}]  # fx, fy [px]\n  centre: [{}, {}]\n"
+      "  distortion: [{}, {}, {}, {}, {}]  # k1, k2, p1, p2, k3\n",
+      c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3);
+}
+
+std::string rig_text(const StereoRig& rig) {
+  const Eigen::Vector3d t = rig.right_from_left.translation();
+  const Eigen::AngleAxisd turn(rig.right_from_left.linear());
+  const Eigen::Vector3d r = turn.angle() / kRadian * turn.axis();
+  return fmt::format("name: {}\nsize: [{}, {}]  # width, height [px]\n",
+                     quoted(rig.name.empty() ? "rig" : rig.name), rig.left.width, rig.left.height) +
+         "left:\n" + camera_text(rig.left) + "right:\n" + camera_text(rig.right) +
+         fmt::format(
+             "right_from_left:  # maps points of the left optical frame (z forward, x right, y down)\n"
+             "  translation: [{}, {}, {}]  # [m]\n"
+             "  rotation_deg: [{}, {}, {}]  # axis times angle\n",
+             t.x(), t.y(), t.z(), r.x(), r.y(), r.z()) +
+         fmt::format("nearest: {}  # [m]\nfarthest: {}\ndisparity_sigma: {}  # [px]\n", rig.nearest,
+                     rig.farthest, rig.disparity_sigma);
 }
 
 struct EurocCamera {
@@ -117,6 +149,15 @@ StereoRig read_rig(const fs::path& file) {
   StereoRig rig = rig_from(section);
   section.finish();
   return rig;
+}
+
+void write_rig(const StereoRig& rig, const fs::path& file) {
+  require_usable(rig);
+  std::ofstream out(file);
+  out << rig_text(rig);
+  if (!out.flush())
+    throw InputError(
+        fmt::format("{}: cannot be written, expected a path in a folder that is there", file.string()));
 }
 
 StereoRig read_euroc_rig(const fs::path& dir, const DepthLimits& limits) {

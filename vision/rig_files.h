@@ -14,6 +14,10 @@ StereoRig read_rig(const std::filesystem::path& file);
 /// The same from a section of another file; keys are marked as read, the caller calls `finish`.
 StereoRig rig_from(const config::Section& section);
 
+/// Writes a rig as `read_rig` reads it back: every number to the last bit, the rotation to 1e-12. Throws
+/// InputError for an unusable rig and for a file that cannot be written.
+void write_rig(const StereoRig& rig, const std::filesystem::path& file);
+
 /// Depth limits for rigs whose files do not say any [m].
 struct DepthLimits {
   double nearest = 0.8, farthest = 8.0;

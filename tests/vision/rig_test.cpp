@@ -50,6 +50,13 @@ std::string key_of(const StereoRig& rig) {
   return fault ? fault->key : "";
 }
 
+bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
+  const auto values = [](const CameraIntrinsics& c) {
+    return std::tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3);
+  };
+  return values(a) == values(b);
+}
+
 RC_GTEST_PROP(Rig, AcceptsAnyReasonableArrangement, ()) { RC_ASSERT(key_of(random_rig()) == ""); }
 
 RC_GTEST_PROP(Rig, RefusesSwappedCameras, ()) {
@@ -119,6 +126,29 @@ TEST(RigFiles, PointAtTheLineOfAFault) {
   EXPECT_THAT(after("focal: [573.91, 573.91]", "focal: [573.91]"), HasSubstr("left.focal: a list of 1"));
   EXPECT_THAT(after("distortion: [-0.080", "distortion: [-8.0"),
               HasSubstr("left.distortion: folds the image over"));
+}
+
+RC_GTEST_PROP(RigFiles, ReadBackWhatTheyWrote, ()) {
+  StereoRig rig = random_rig();
+  rig.name = "it's a rig: #1";
+  rig.left.k3 = 1.0 / 3;
+  rig.disparity_sigma = 0.1;
+  const std::filesystem::path file = testing::TempDir() + "written_rig.yaml";
+  write_rig(rig, file);
+  const StereoRig back = read_rig(file);
+  RC_ASSERT(back.name == rig.name);
+  RC_ASSERT(same(back.left, rig.left) && same(back.right, rig.right));
+  RC_ASSERT(back.right_from_left.isApprox(rig.right_from_left, 1e-12));
+  RC_ASSERT(back.right_from_left.translation() == rig.right_from_left.translation());
+  RC_ASSERT(back.nearest == rig.nearest && back.farthest == rig.farthest);
+  RC_ASSERT(back.disparity_sigma == rig.disparity_sigma);
+}
+
+TEST(RigFiles, RefuseToWriteWhatCannotBeReadBack) {
+  StereoRig rig = read_rig(kRigs / "bottom.yaml");
+  EXPECT_THROW(write_rig(rig, "no/such/folder/rig.yaml"), InputError);
+  rig.nearest = 0;
+  EXPECT_THROW(write_rig(rig, testing::TempDir() + "unusable_rig.yaml"), InputError);
 }
 
 TEST(RigFiles, SayWhenTheFileIsMissing) {
