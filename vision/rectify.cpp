@@ -1,10 +1,11 @@
 #include "vision/rectify.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <fmt/format.h>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "hal/error.h"
@@ -16,19 +17,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
-using Matrix3 = cv::Matx33d;
-
-Matrix3 camera_matrix(const CameraIntrinsics& c) { return {c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1}; }
-cv::Vec<double, 5> distortion(const CameraIntrinsics& c) { return {c.k1, c.k2, c.p1, c.p2, c.k3}; }
-
-Matrix3d to_eigen(const Matrix3& m) {
-  Matrix3d out;
-  out << m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2);
-  return out;
-}
-Matrix3 to_cv(const Matrix3d& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
-}
+using Eigen::Vector3d;
 
 // True for images that need no resampling: ideal cameras side by side. Their principal points may differ
 // along x.
@@ -47,23 +36,87 @@ RectifiedRig limits_of(const StereoRig& rig) {
   return out;
 }
 
+struct Rotations {
+  Matrix3d left, right;  // rectified from raw
+};
+
+// Half of the turn between the cameras goes to each; then both turn until the baseline lies along x
+// (Bouguet's way, and OpenCV's).
+Rotations rectifying(const StereoRig& rig) {
+  Eigen::AngleAxisd half(rig.right_from_left.linear());
+  half.angle() *= -0.5;
+  const Vector3d left_from_right = half * rig.right_from_left.translation();
+  const Matrix3d level =
+      Eigen::Quaterniond::FromTwoVectors(left_from_right, -Vector3d::UnitX()).toRotationMatrix();
+  return {level * half.inverse().toRotationMatrix(), level * half.toRotationMatrix()};
+}
+
+// What a camera shows, as a rectangle in the plane z = 1 of its rectified frame.
+struct Window {
+  double left, right, top, bottom;
+  Window common(const Window& o) const {
+    return {std::max(left, o.left), std::min(right, o.right), std::max(top, o.top),
+            std::min(bottom, o.bottom)};
+  }
+};
+
+// Beyond 63 deg from the axis a flat image spends most of its pixels on its rim.
+constexpr double kWidest = 2;
+
+// The rectangle inside the image's edges. A pixel beyond the image circle lies beyond the widest angle too.
+Window window(const CameraIntrinsics& c, const Matrix3d& rectified_from_raw) {
+  Window inner{-kWidest, kWidest, -kWidest, kWidest};
+  const auto place = [&](double u, double v) -> std::optional<Vector2d> {
+    const auto ray = c.unproject({u, v});
+    if (!ray) return std::nullopt;
+    const Vector3d turned = rectified_from_raw * *ray;
+    if (turned.z() < 0.1) return std::nullopt;
+    return turned.hnormalized();
+  };
+  constexpr int kSteps = 128;
+  const double right = c.width - 1, bottom = c.height - 1;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double u = right * i / kSteps, v = bottom * i / kSteps;
+    if (const auto p = place(0, v)) inner.left = std::max(inner.left, p->x());
+    if (const auto p = place(right, v)) inner.right = std::min(inner.right, p->x());
+    if (const auto p = place(u, 0)) inner.top = std::max(inner.top, p->y());
+    if (const auto p = place(u, bottom)) inner.bottom = std::min(inner.bottom, p->y());
+  }
+  return inner;
+}
+
+// The camera of this size that shows as much as fits into the window. Throws InputError when there is none.
+PinholeCamera camera_in(const Window& w, int width, int height, const std::string& name) {
+  if (!(w.right - w.left > 1e-3 && w.bottom - w.top > 1e-3))
+    throw InputError(
+        fmt::format("rig {}: no common image is left after rectification; check the calibration", name));
+  PinholeCamera camera;
+  camera.width = width, camera.height = height;
+  camera.focal = std::max((width - 1) / (w.right - w.left), (height - 1) / (w.bottom - w.top));
+  camera.cx = (width - 1) / 2.0 - camera.focal * (w.left + w.right) / 2;
+  camera.cy = (height - 1) / 2.0 - camera.focal * (w.top + w.bottom) / 2;
+  return camera;
+}
+
 }  // namespace
 
 struct Rectifier::Tables {
   struct Side {
+    CameraIntrinsics camera;
+    Matrix3d rectified_from_raw;
     cv::Mat xy, fraction;  // positions to look up, in the fixed-point form of cv::convertMaps
-    Matrix3 intrinsics, rotation;
-    cv::Vec<double, 5> distortion;
   };
   Side left, right;
-  Matrix3 rectified;  // the camera matrix of both rectified images
 
-  Vector2d pixel(const Side& side, const Vector2d& raw) const {
-    const std::vector<cv::Point2d> in{{raw.x(), raw.y()}};
-    std::vector<cv::Point2d> out;
-    cv::undistortPoints(in, out, side.intrinsics, side.distortion, side.rotation, rectified,
-                        cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12));
-    return {out[0].x, out[0].y};
+  static void fill(Side& side, const PinholeCamera& rectified) {
+    cv::Mat places(rectified.height, rectified.width, CV_32FC2);
+    const Matrix3d raw_from_rectified = side.rectified_from_raw.transpose();
+    for (int v = 0; v < rectified.height; ++v)
+      for (int u = 0; u < rectified.width; ++u) {
+        const Vector2d raw = side.camera.project(raw_from_rectified * rectified.point(u, v, 1));
+        places.at<cv::Vec2f>(v, u) = {static_cast<float>(raw.x()), static_cast<float>(raw.y())};
+      }
+    cv::convertMaps(places, cv::noArray(), side.xy, side.fraction, CV_16SC2);
   }
 };
 
@@ -71,49 +124,42 @@ Rectifier::Rectifier(const StereoRig& rig, double scale) : raw_(rig), rig_(limit
   require_usable(rig);
   if (!(scale >= 0.1 && scale <= 1))
     throw InputError(fmt::format("scale: {}, expected 0.1 (small and fast) to 1 (full size)", scale));
-  PinholeCamera& camera = rig_.camera;
-  camera.width = static_cast<int>(std::lround(rig.left.width * scale));
-  camera.height = static_cast<int>(std::lround(rig.left.height * scale));
+  const int width = static_cast<int>(std::lround(rig.left.width * scale));
+  const int height = static_cast<int>(std::lround(rig.left.height * scale));
   if (scale == 1 && is_rectified(rig)) {
-    camera.focal = rig.left.fx, camera.cx = rig.left.cx, camera.cy = rig.left.cy;
+    rig_.camera = {width, height, rig.left.fx, rig.left.cx, rig.left.cy};
     rig_.disparity_offset = rig.right.cx - rig.left.cx;
     return;
   }
+  const auto [left, right] = rectifying(rig);
+  rig_.camera = camera_in(window(rig.left, left).common(window(rig.right, right)), width, height, rig.name);
+  rectified_from_left_.linear() = left;
+  rectified_from_right_.linear() = right;
   auto tables = std::make_shared<Tables>();
-  try {
-    const cv::Size raw_size(rig.left.width, rig.left.height), size(camera.width, camera.height);
-    tables->left.intrinsics = camera_matrix(rig.left), tables->left.distortion = distortion(rig.left);
-    tables->right.intrinsics = camera_matrix(rig.right), tables->right.distortion = distortion(rig.right);
-    cv::Matx34d projection_left, projection_right;
-    cv::Matx44d unused;
-    const Eigen::Vector3d t = rig.right_from_left.translation();
-    cv::stereoRectify(tables->left.intrinsics, tables->left.distortion, tables->right.intrinsics,
-                      tables->right.distortion, raw_size, to_cv(rig.right_from_left.linear()),
-                      cv::Vec3d(t.x(), t.y(), t.z()), tables->left.rotation, tables->right.rotation,
-                      projection_left, projection_right, unused, cv::CALIB_ZERO_DISPARITY, 0, size);
-    tables->rectified = projection_left.get_minor<3, 3>(0, 0);
-    for (Tables::Side* side : {&tables->left, &tables->right})
-      cv::initUndistortRectifyMap(side->intrinsics, side->distortion, side->rotation, tables->rectified, size,
-                                  CV_16SC2, side->xy, side->fraction);
-  } catch (const cv::Exception& e) {
-    throw InputError(fmt::format("rig {}: cannot be rectified ({}); check the calibration", rig.name, e.err));
-  }
-  const Matrix3& k = tables->rectified;
-  camera.focal = k(0, 0), camera.cx = k(0, 2), camera.cy = k(1, 2);
-  if (!(camera.focal > 1) || !std::isfinite(camera.cx + camera.cy) ||
-      std::abs(k(0, 0) - k(1, 1)) > 1e-9 * k(0, 0))
-    throw InputError(
-        fmt::format("rig {}: no common image is left after rectification; check the calibration", rig.name));
-  rectified_from_left_.linear() = to_eigen(tables->left.rotation);
+  tables->left = {rig.left, left, {}, {}};
+  tables->right = {rig.right, right, {}, {}};
+  Tables::fill(tables->left, rig_.camera);
+  Tables::fill(tables->right, rig_.camera);
   tables_ = std::move(tables);
 }
 
+Vector2d Rectifier::rectified(const CameraIntrinsics& camera, const Eigen::Isometry3d& turn,
+                              const Vector2d& raw) const {
+  if (passes_through()) return raw;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto ray = camera.unproject(raw);
+  if (!ray) return {kNone, kNone};
+  const Vector3d turned = turn * *ray;
+  if (!(turned.z() > 0)) return {kNone, kNone};
+  return rig_.camera.focal * turned.hnormalized() + Vector2d(rig_.camera.cx, rig_.camera.cy);
+}
+
 Vector2d Rectifier::rectified_left(const Vector2d& raw) const {
-  return tables_ ? tables_->pixel(tables_->left, raw) : raw;
+  return rectified(raw_.left, rectified_from_left_, raw);
 }
 
 Vector2d Rectifier::rectified_right(const Vector2d& raw) const {
-  return tables_ ? tables_->pixel(tables_->right, raw) : raw;
+  return rectified(raw_.right, rectified_from_right_, raw);
 }
 
 bool Rectifier::accepts(const hal::GrayImage& left, const hal::GrayImage& right) const {

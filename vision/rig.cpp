@@ -1,5 +1,7 @@
 #include "vision/rig.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -15,18 +17,19 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 0.017453292519943295;
 
-// The lens's radial curve must rise up to the image's corner: where it turns back, two rays meet in one pixel
-// and the image cannot be undistorted.
+constexpr double kLargestCoefficient = 1000;
+constexpr double kLeastOverlap = 0.1;  // of one image, at the best distance
+
+// Where the lens's radial curve turns back, two rays meet in one pixel and the image cannot be undistorted.
+// The corners of a fisheye image may lie outside its circle.
 bool folds_over(const CameraIntrinsics& c) {
-  const double x = std::max(c.cx, c.width - c.cx) / c.fx, y = std::max(c.cy, c.height - c.cy) / c.fy;
-  const double corner = std::hypot(x, y);
-  constexpr double kStep = 1e-3, kWidest = 20;  // tangent of the angle from the axis
-  for (double r = 0; r < kWidest; r += kStep) {
-    const double r2 = r * r;
-    if (r * (1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3))) >= corner) return false;
-    if (1 + r2 * (3 * c.k1 + r2 * (5 * c.k2 + r2 * 7 * c.k3)) < 0.01) return true;
-  }
-  return true;
+  const double right = c.width - 1, bottom = c.height - 1;
+  using Pixels = std::array<Vector2d, 4>;
+  const Pixels corners{Vector2d(0, 0), {right, 0}, {0, bottom}, {right, bottom}};
+  const Pixels edges{Vector2d(0, c.cy), {right, c.cy}, {c.cx, 0}, {c.cx, bottom}};
+  const Pixels& pixels = c.lens == LensModel::kEquidistant ? edges : corners;
+  return !std::all_of(pixels.begin(), pixels.end(),
+                      [&](const Vector2d& p) { return c.unproject(p).has_value(); });
 }
 
 bool within(double value, double lowest, double highest) { return value >= lowest && value <= highest; }
@@ -39,18 +42,59 @@ std::optional<RigFault> camera_fault(const std::string& side, const CameraIntrin
   if (!within(c.cx, 0, c.width) || !within(c.cy, 0, c.height))
     return RigFault{side + ".centre", fmt::format("[{}, {}] lies outside the image of {} x {} px", c.cx, c.cy,
                                                   c.width, c.height)};
-  for (const double k : {c.k1, c.k2, c.p1, c.p2, c.k3})
-    if (!within(k, -100, 100))
-      return RigFault{side + ".distortion", fmt::format("{}, expected -100 to 100", k)};
+  for (const double k : {c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6})
+    if (!within(k, -kLargestCoefficient, kLargestCoefficient))
+      return RigFault{side + ".distortion",
+                      fmt::format("{}, expected -{} to {}", k, kLargestCoefficient, kLargestCoefficient)};
   if (folds_over(c))
     return RigFault{
         side + ".distortion",
-        "folds the image over before its corner, which no lens does; check order and signs (k1 k2 p1 p2 k3)"};
+        fmt::format("folds the image over before its {}, which no lens does; check order and signs ({})",
+                    c.lens == LensModel::kEquidistant ? "edge" : "corner", coefficient_names(c.lens))};
   return std::nullopt;
 }
 
+// Of a camera whose lens has passed: the middles of its edges have rays.
 double horizontal_field(const CameraIntrinsics& c) {
-  return std::atan((c.width - c.cx) / c.fx) + std::atan(c.cx / c.fx);
+  const Vector3d left = c.unproject({0, c.cy}).value_or(Vector3d::UnitZ());
+  const Vector3d right = c.unproject({c.width - 1.0, c.cy}).value_or(Vector3d::UnitZ());
+  return std::acos(std::clamp(left.dot(right), -1.0, 1.0));
+}
+
+// True where the point falls into the image and the pixel looks at it: the formulas of a lens go on where its
+// image ends, and may come back.
+bool shows(const CameraIntrinsics& c, const Vector3d& point) {
+  if (point.z() <= 0 && c.lens != LensModel::kEquidistant) return false;
+  const Vector2d pixel = c.project(point);
+  if (!within(pixel.x(), 0, c.width - 1) || !within(pixel.y(), 0, c.height - 1)) return false;
+  const auto ray = c.unproject(pixel);
+  return ray && ray->dot(point) > 0.999 * point.norm();
+}
+
+// The share of one camera's image that the other shows too, of what lies at `distance` [m].
+double shared(const CameraIntrinsics& one, const CameraIntrinsics& other,
+              const Eigen::Isometry3d& other_from_one, double distance) {
+  constexpr int kSteps = 8;
+  int seen = 0;
+  for (int i = 0; i < kSteps; ++i)
+    for (int j = 0; j < kSteps; ++j) {
+      const auto ray =
+          one.unproject({(i + 0.5) / kSteps * (one.width - 1), (j + 0.5) / kSteps * (one.height - 1)});
+      seen += ray && shows(other, other_from_one * (distance * *ray));
+    }
+  return seen / static_cast<double>(kSteps * kSteps);
+}
+
+// At the best distance, and of the camera that shares more: a wide camera beside a narrow one shares little.
+double overlap(const StereoRig& rig) {
+  constexpr int kDistances = 5;
+  double most = 0;
+  for (int i = 0; i < kDistances; ++i) {
+    const double distance = rig.nearest * std::pow(rig.farthest / rig.nearest, i / (kDistances - 1.0));
+    most = std::max({most, shared(rig.left, rig.right, rig.right_from_left, distance),
+                     shared(rig.right, rig.left, rig.right_from_left.inverse(), distance)});
+  }
+  return most;
 }
 
 std::optional<RigFault> arrangement_fault(const StereoRig& rig) {
@@ -91,24 +135,17 @@ std::optional<RigFault> depth_fault(const StereoRig& rig) {
                                             rig.farthest, rig.nearest)};
   if (!within(rig.disparity_sigma, 0.01, 10))
     return RigFault{"disparity_sigma", fmt::format("{} px, expected 0.01 to 10 px", rig.disparity_sigma)};
-  const double shift = rig.left.fx * rig.baseline() / rig.nearest;
+  const double focal = std::max(rig.left.fx, rig.right.fx), shift = focal * rig.baseline() / rig.nearest;
   if (shift > 0.9 * rig.left.width)
-    return RigFault{"nearest",
-                    fmt::format("{} m: images as near as that are shifted by {:.0f} of {} px and hardly "
-                                "overlap; expected at least {:.2f} m",
-                                rig.nearest, shift, rig.left.width,
-                                rig.left.fx * rig.baseline() / (0.9 * rig.left.width))};
+    return RigFault{
+        "nearest",
+        fmt::format("{} m: images as near as that are shifted by {:.0f} of {} px and hardly "
+                    "overlap; expected at least {:.2f} m",
+                    rig.nearest, shift, rig.left.width, focal * rig.baseline() / (0.9 * rig.left.width))};
   return std::nullopt;
 }
 
 }  // namespace
-
-Vector2d CameraIntrinsics::project(const Vector3d& point) const {
-  const double x = point.x() / point.z(), y = point.y() / point.z(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
-  return {fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx,
-          fy * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + cy};
-}
 
 std::optional<RigFault> fault_of(const StereoRig& rig) {
   if (auto fault = camera_fault("left", rig.left)) return fault;
@@ -117,7 +154,13 @@ std::optional<RigFault> fault_of(const StereoRig& rig) {
     return RigFault{"size", fmt::format("left {} x {}, right {} x {} px, expected one size for both",
                                         rig.left.width, rig.left.height, rig.right.width, rig.right.height)};
   if (auto fault = arrangement_fault(rig)) return fault;
-  return depth_fault(rig);
+  if (auto fault = depth_fault(rig)) return fault;
+  if (const double common = overlap(rig); common < kLeastOverlap)
+    return RigFault{"right_from_left",
+                    fmt::format("the cameras share {:.0f} % of their images between nearest and "
+                                "farthest, expected at least {:.0f} %",
+                                100 * common, 100 * kLeastOverlap)};
+  return std::nullopt;
 }
 
 void require_usable(const StereoRig& rig) {

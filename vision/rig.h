@@ -5,19 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "vision/camera_intrinsics.h"
+
 namespace headway::vision {
-
-/// One camera: pinhole with radial-tangential distortion (OpenCV's and EuRoC's model). Pixel centres lie at
-/// whole numbers, (0, 0) is the centre of the upper left pixel.
-struct CameraIntrinsics {
-  int width = 0, height = 0;              ///< [px]
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-
-  bool distorts() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
-  /// The pixel that a point in the camera's optical frame [m] falls on, with distortion. Needs z > 0.
-  Eigen::Vector2d project(const Eigen::Vector3d& point) const;
-};
 
 /// Two calibrated cameras. `right_from_left` maps points of the left optical frame to the right one [m].
 struct StereoRig {
@@ -36,8 +26,11 @@ struct RigFault {
   std::string key, what;
 };
 
-/// Nothing for a usable rig: positive focal lengths, principal points inside the images, sizes that agree,
-/// 0.02 m < baseline < 1 m, the right camera on the right, views that overlap, 0 < nearest < farthest.
+/// Nothing for a usable rig: positive focal lengths, principal points inside the images, lenses that keep
+/// every pixel apart (equidistant ones: up to the middles of the image's edges), sizes that agree, 0.02 m <
+/// baseline < 1 m, the right camera on the right (its place at most 25 deg off the left camera's x axis),
+/// cameras turned apart by no more than half the narrower field, views that share a tenth of one image
+/// somewhere between nearest and farthest, 0 < nearest < farthest.
 std::optional<RigFault> fault_of(const StereoRig& rig);
 
 /// Throws InputError `NAME: key: what` for an unusable rig.
