@@ -201,13 +201,36 @@ std::string Section::choice_or(std::string_view key, std::string_view fallback,
 }
 
 std::vector<double> Section::numbers(std::string_view key, std::size_t count, Range allowed) const {
+  return numbers_between(key, count, count, allowed);
+}
+
+std::vector<double> Section::numbers_between(std::string_view key, std::size_t least, std::size_t most,
+                                             Range allowed) const {
   const YAML::Node node = required(key);
-  if (!node.IsSequence() || node.size() != count)
+  if (!node.IsSequence() || node.size() < least || node.size() > most) {
+    const std::string count = least == most ? fmt::format("{}", most) : fmt::format("{} to {}", least, most);
     fail(key, fmt::format("{}{}, expected a list of {} numbers", shown(node),
                           node.IsSequence() ? fmt::format(" of {}", node.size()) : "", count));
+  }
   std::vector<double> values;
-  values.reserve(count);
+  values.reserve(node.size());
   for (const auto& item : node) values.push_back(checked_number(key, item, allowed));
+  return values;
+}
+
+std::vector<double> Section::matrix(std::string_view key, std::size_t rows, std::size_t columns,
+                                    Range allowed) const {
+  const YAML::Node node = required(key);
+  bool fits = node.IsSequence() && node.size() == rows;
+  std::vector<double> values;
+  values.reserve(rows * columns);
+  for (std::size_t row = 0; fits && row < rows; ++row) {
+    fits = node[row].IsSequence() && node[row].size() == columns;
+    if (fits)
+      for (const auto& item : node[row]) values.push_back(checked_number(key, item, allowed));
+  }
+  if (!fits)
+    fail(key, fmt::format("{}, expected a list of {} lists of {} numbers", shown(node), rows, columns));
   return values;
 }
 

@@ -46,6 +46,12 @@ class Section {
                         const std::vector<std::string>& allowed) const;
   /// Exactly `count` numbers in a list.
   std::vector<double> numbers(std::string_view key, std::size_t count, Range allowed) const;
+  /// From `least` to `most` numbers in a list.
+  std::vector<double> numbers_between(std::string_view key, std::size_t least, std::size_t most,
+                                      Range allowed) const;
+  /// A list of `rows` lists of `columns` numbers, row by row.
+  std::vector<double> matrix(std::string_view key, std::size_t rows, std::size_t columns,
+                             Range allowed) const;
   std::optional<std::vector<double>> numbers_if(std::string_view key, std::size_t count, Range allowed) const;
 
   /// A mapping below this one. `section` requires it; `section_if` returns nothing when absent.

@@ -57,6 +57,20 @@ TEST(YamlReader, ReadsEveryKindOfValue) {
   EXPECT_NO_THROW(s.finish());
 }
 
+TEST(YamlReader, ReadsListsOfSomeLengthAndMatrices) {
+  const Section s = parse("short: [1, 2]\nmatrix: [[1, 2], [3, 4], [5, 6]]\nragged: [[1, 2], [3]]\n");
+  EXPECT_EQ(s.numbers_between("short", 1, 3, kAny), (std::vector<double>{1, 2}));
+  EXPECT_EQ(complaint([&] { s.numbers_between("short", 3, 5, kAny); }),
+            "robot.yaml:1: short: a list of 2, expected a list of 3 to 5 numbers");
+  EXPECT_EQ(s.matrix("matrix", 3, 2, kAny), (std::vector<double>{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(complaint([&] { s.matrix("matrix", 2, 3, kAny); }),
+            "robot.yaml:2: matrix: a list, expected a list of 2 lists of 3 numbers");
+  EXPECT_EQ(complaint([&] { s.matrix("ragged", 2, 2, kAny); }),
+            "robot.yaml:3: ragged: a list, expected a list of 2 lists of 2 numbers");
+  EXPECT_EQ(complaint([&] { s.matrix("short", 2, 1, kAny); }),
+            "robot.yaml:1: short: a list, expected a list of 2 lists of 1 numbers");
+}
+
 TEST(YamlReader, GivesTheFallbackOfWhatIsAbsent) {
   const Section s = parse("width: 1\n");
   EXPECT_EQ(s.number_or("height", 2.5, kAny), 2.5);
