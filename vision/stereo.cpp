@@ -12,7 +12,9 @@ StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
     : rectifier_(rig, config.scale),
       sigma_(config.sigma),
       veils_(config.veils),
-      matcher_(std::make_unique<SgbmMatcher>(disparity_range(rectifier_.rig()), config.matcher)) {
+      matcher_(std::make_unique<SgbmMatcher>(disparity_range(rectifier_.rig()), config.matcher)),
+      sight_config_(config.sight),
+      sight_interval_(config.sight_interval) {
   sigma_.base = rectifier_.rig().disparity_sigma;
 }
 
@@ -26,11 +28,18 @@ const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
 
 void StereoVision::find_disparities(const hal::StereoFrame& frame) try {
   rectifier_.rectify(frame.left, frame.right, left_, right_);
+  judge_sight(frame);
   matcher_->match(left_, right_, disparity_);
   estimate_sigma(sigma_, disparity_);
 } catch (const cv::Exception& e) {
   fault_ = fmt::format("the pair could not be matched: {}", e.err);
   disparity_.resize(camera().width, camera().height);
+}
+
+void StereoVision::judge_sight(const hal::StereoFrame& raw) {
+  if (sight_interval_ <= 0 || pairs_until_sight_-- > 0) return;
+  pairs_until_sight_ = sight_interval_ - 1;
+  sight_ = check_sight(rectifier_, raw, left_, right_, sight_config_);
 }
 
 bool StereoVision::usable(const hal::StereoFrame& frame) {

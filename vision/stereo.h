@@ -10,6 +10,7 @@
 #include "vision/range_view.h"
 #include "vision/rectify.h"
 #include "vision/rig.h"
+#include "vision/sight_check.h"
 #include "vision/veil.h"
 
 namespace headway::vision {
@@ -19,6 +20,8 @@ struct VisionConfig {
   SgbmConfig matcher;
   VeilFilter veils;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
+  SightConfig sight;
+  int sight_interval = 4;  ///< the cameras are judged in every so manieth pair, the first included; 0: never
 };
 
 /// Rectifies, matches and triangulates. Everything is in the rectified left camera's optical frame; compose
@@ -34,6 +37,9 @@ class StereoVision {
 
   const std::string& fault() const { return fault_; }  ///< empty when the last pair was used
 
+  /// How the cameras see, as judged last; empty until the first pair that was used.
+  const SightReport& sight() const { return sight_; }
+
   /// Of the last pair, for pictures.
   const hal::GrayImage& rectified_left() const { return left_; }
   const hal::GrayImage& rectified_right() const { return right_; }
@@ -46,6 +52,7 @@ class StereoVision {
  private:
   bool usable(const hal::StereoFrame& frame);
   void find_disparities(const hal::StereoFrame& frame);
+  void judge_sight(const hal::StereoFrame& raw);
 
   Rectifier rectifier_;
   SigmaModel sigma_;
@@ -55,6 +62,9 @@ class StereoVision {
   DisparityImage disparity_;
   RangeView view_;
   std::string fault_;
+  SightConfig sight_config_;
+  int sight_interval_, pairs_until_sight_ = 0;
+  SightReport sight_;
 };
 
 }  // namespace headway::vision

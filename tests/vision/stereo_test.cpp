@@ -99,6 +99,27 @@ TEST(StereoVision, SeesNoPointsInTheDark) {
   EXPECT_EQ(vision.fault(), "");
 }
 
+TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCovered) {
+  StereoVision vision(bottom());
+  hal::StereoFrame frame = test::plane_seen_by(bottom(), Vector3d::UnitZ(), 2);
+  vision.see(frame);
+  EXPECT_GT(vision.sight().pair.found, 100);
+  EXPECT_TRUE(vision.sight().findings.empty());
+  frame.right = image(340, 480, [](int, int) { return std::uint8_t{30}; });
+  for (int i = 0; i < 4; ++i) vision.see(frame);
+  ASSERT_NE(vision.sight().fault(), nullptr);
+  EXPECT_TRUE(vision.sight().has(SightFault::kCovered));
+}
+
+TEST(StereoVision, NoticesARigThatWasBent) {
+  StereoRig bent = bottom();
+  bent.right_from_left.linear() = Eigen::AngleAxisd(0.003, Vector3d::UnitX()) * bent.right_from_left.linear();
+  StereoVision vision(bottom());
+  vision.see(test::plane_seen_by(bent, Vector3d(0.1, 0.2, 1).normalized(), 2));
+  EXPECT_TRUE(vision.sight().has(SightFault::kDecalibrated));
+  EXPECT_NEAR(vision.sight().pair.row_error, 0.003 * bent.left.fx, 0.3);
+}
+
 TEST(StereoVision, GivesTheSameBytesForTheSamePair) {
   const auto frame = test::plane_seen_by(bottom(), Vector3d(0.3, 0, 1).normalized(), 1.5);
   StereoVision one(bottom()), other(bottom());
