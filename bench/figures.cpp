@@ -19,6 +19,7 @@ namespace {
 
 struct Figures {
   std::map<std::string, double> by_hand, values;
+  std::map<std::string, std::string> facts;
   std::vector<std::string> faults;
 
   void add(const std::string& key, double value) {
@@ -138,6 +139,7 @@ bool write_report(const std::string& file, const std::string& google_json) {
   // Names one machine rather than a kind of machine.
   if (report.contains("context")) report["context"].erase("host_name");
   report["machine"] = machine_facts();
+  for (const auto& [key, value] : figures().facts) report["machine"][key] = value;
   report["figures"] = figures().values;
   std::ofstream out(file);
   out << report.dump(2) << '\n';
@@ -164,6 +166,8 @@ std::string take_out_argument(int& argc, char** argv) {
 }  // namespace
 
 void figure(const std::string& key, double value) { figures().by_hand[key] = value; }
+
+void fact(const std::string& key, const std::string& value) { figures().facts[key] = value; }
 
 int run(int argc, char** argv) {
   const std::string file = take_out_argument(argc, argv);

@@ -18,6 +18,9 @@ namespace headway::bench {
 /// calls a benchmark several times; the last value counts.
 void figure(const std::string& key, double value);
 
+/// Adds to the machine's facts in the report: what a benchmark chose of what the machine offers.
+void fact(const std::string& key, const std::string& value);
+
 /// Runs the benchmarks. `--out FILE` names the JSON file; all else goes to Google Benchmark (see --help).
 /// Figures are: those of `figure`; each counter of a benchmark, under the counter's name; and each
 /// benchmark's wall time per iteration as NAME_ns, NAME_us, NAME_ms or NAME_s, by its unit (the median, when
