@@ -21,7 +21,7 @@ inline double cpu_seconds() {
 class LeastTime {
  public:
   template <class Work>
-  void take(const Work& work) {
+  void take(Work&& work) {
     const double before = cpu_seconds();
     work();
     seconds_ = std::min(seconds_, cpu_seconds() - before);

@@ -3,11 +3,13 @@
 #include <random>
 #include <vector>
 
+#include <Eigen/SVD>
 #include <hwy/targets.h>
 #include <opencv2/core/utility.hpp>
 
 #include "bench/cpu_time.h"
 #include "bench/figures.h"
+#include "vision/dense_covariance.h"
 #include "vision/paper_covariance.h"
 
 namespace headway {
@@ -19,40 +21,84 @@ using vision::ProjectionMatrix;
 // HRP-2's lower pair: 33 deg wide, 0.144 m apart.
 const vision::RectifiedRig kRig{{640, 480, 1080.301895, 319.5, 239.5}, 0.144, 0, 0.8, 6, 0.3};
 
-struct Match {
-  Eigen::Vector2d in_left, in_right;
-};
-
-std::vector<Match> some_matches(std::size_t count) {
-  std::mt19937_64 random(1);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
-  };
-  std::vector<Match> matches(count);
-  for (Match& m : matches) {
-    m.in_left = {between(100, 600), between(0, 480)};
-    m.in_right = m.in_left - Eigen::Vector2d(between(20, 99), 0);
-  }
-  return matches;
+double between(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-/// One point's covariance as the paper computes it.
+/// A point and its covariance by the paper's equations, one by one.
+class OneByOne {
+ public:
+  explicit OneByOne(std::size_t count) : matches_(count) {
+    const vision::PinholeCamera& c = kRig.camera;
+    left_ << c.focal, 0, c.cx, 0, 0, c.focal, c.cy, 0, 0, 0, 1, 0;
+    right_ = left_;
+    right_(0, 3) = -c.focal * kRig.baseline;
+    std::mt19937_64 random(1);
+    for (Match& m : matches_) {
+      m.in_left = {between(random, 100, 600), between(random, 0, 480)};
+      m.in_right = m.in_left - Eigen::Vector2d(between(random, 20, 99), 0);
+    }
+  }
+  void operator()() const {
+    for (const Match& m : matches_) {
+      const Eigen::Matrix4d a = vision::pixel_equations(left_, right_, m.in_left, m.in_right);
+      const Eigen::Vector4d q = Eigen::JacobiSVD<Eigen::Matrix4d>(a, Eigen::ComputeFullV).matrixV().col(3);
+      const Eigen::Matrix3d sigma =
+          vision::with_paper_covariance(left_, right_, q, 0.09 * Eigen::Matrix4d::Identity())
+              .euclidean_covariance();
+      benchmark::DoNotOptimize(sigma.data());
+    }
+  }
+
+ private:
+  struct Match {
+    Eigen::Vector2d in_left, in_right;
+  };
+  ProjectionMatrix left_, right_;
+  std::vector<Match> matches_;
+};
+
+/// The same of all pixels of an image at once.
+class AllAtOnce {
+ public:
+  AllAtOnce() {
+    std::mt19937_64 random(2);
+    disparity_.resize(kRig.camera.width, kRig.camera.height);
+    const auto draw = [&](std::vector<float>& plane, double low, double high) {
+      plane.resize(disparity_.values.size());
+      for (float& value : plane) value = static_cast<float>(between(random, low, high));
+    };
+    draw(disparity_.values, 20, 99);
+    draw(disparity_.sigma, 0.2, 0.6);
+    draw(weight_, 0, 1);
+  }
+  std::size_t size() const { return weight_.size(); }
+  void operator()() {
+    vision::dense_points(disparity_, weight_, kRig, vision::PixelErrors::kPlaceAndDisparity, points_);
+    benchmark::DoNotOptimize(points_[vision::DensePoints::kZZ].data());
+  }
+
+ private:
+  vision::DisparityImage disparity_;
+  std::vector<float> weight_;
+  vision::DensePoints points_;
+};
+
 void covariance(benchmark::State& state) {
-  const vision::PinholeCamera& c = kRig.camera;
-  ProjectionMatrix left, right;
-  left << c.focal, 0, c.cx, 0, 0, c.focal, c.cy, 0, 0, 0, 1, 0;
-  right = left;
-  right(0, 3) = -c.focal * kRig.baseline;
-  const std::vector<Match> matches = some_matches(20000);
-  LeastTime by_svd;
+  constexpr int kRounds = 15, kImages = 5;
+  constexpr std::size_t kMatches = 2000;
+  const OneByOne one_by_one(kMatches);
+  AllAtOnce all_at_once;
+  LeastTime svd, dense;
   for (auto _ : state)
-    for (int round = 0; round < 5; ++round)
-      by_svd.take([&] {
-        for (const Match& m : matches)
-          benchmark::DoNotOptimize(
-              vision::triangulate_as_the_paper(left, right, m.in_left, m.in_right, 0.5)->covariance.data());
-      });
-  state.counters["cov_svd_ns_per_point"] = by_svd.seconds() / static_cast<double>(matches.size()) * 1e9;
+    for (int round = 0; round < kRounds; ++round) {
+      svd.take(one_by_one);
+      for (int image = 0; image < kImages; ++image) dense.take(all_at_once);
+    }
+  const double svd_ns = svd.seconds() / static_cast<double>(kMatches) * 1e9;
+  const double dense_ns = dense.seconds() / static_cast<double>(all_at_once.size()) * 1e9;
+  state.counters["cov_ns_per_point"] = dense_ns;
+  state.counters["cov_ratio_svd"] = svd_ns / dense_ns;
 }
 BENCHMARK(covariance)->Iterations(1)->Unit(benchmark::kMillisecond);
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "vision/triangulation.h"
 
@@ -19,23 +18,11 @@ struct HomogeneousPoint {
   Eigen::Matrix3d euclidean_covariance() const;
 };
 
-/// The rows of A for which A Q = 0 is what two pixels say of a point (paper, equation 1).
-Eigen::Matrix4d pixel_equations(const ProjectionMatrix& left, const ProjectionMatrix& right,
-                                const Eigen::Vector2d& in_left, const Eigen::Vector2d& in_right);
-
 /// Sigma_Q = (J^T S^-1 J)^+ with J = W A the derivative of the four pixel coordinates by Q, W =
 /// diag(1/w_left, 1/w_left, 1/w_right, 1/w_right), S = `pixels` [px^2] (paper, equations 2 and 3). A is taken
 /// at the pixels where Q appears, so that A Q = 0. The pseudo-inverse leaves out the least singular value,
 /// whatever its size: the scale of Q is the one thing that no pixel tells.
 HomogeneousPoint with_paper_covariance(const ProjectionMatrix& left, const ProjectionMatrix& right,
                                        const Eigen::Vector4d& position, const Eigen::Matrix4d& pixels);
-
-/// The whole route: Q by the direct linear transform (the least singular vector of A), its covariance, and
-/// the point's. Nothing when Q is a direction or lies behind a camera; `residual` is the caller's to judge,
-/// as in `triangulate`.
-std::optional<UncertainPoint> triangulate_as_the_paper(const ProjectionMatrix& left,
-                                                       const ProjectionMatrix& right,
-                                                       const Eigen::Vector2d& in_left,
-                                                       const Eigen::Vector2d& in_right, double sigma_px);
 
 }  // namespace headway::vision

@@ -26,18 +26,13 @@ void clear(RangeView& view, const PinholeCamera& camera, double near, double far
 double sigma_at(const StereoDepthSigma& s, double z) { return z * z / s.focal_baseline * s.disparity_sigma; }
 double sigma_at(const DepthCameraSigma& s, double z) { return s.constant + s.quadratic * z * z; }
 
-// The rows of W A (paper, equation 1): each vanishes where its pixel coordinate is met.
-Matrix4d rows_of(const ProjectionMatrix& left, const ProjectionMatrix& right, const Vector2d& in_left,
-                 const Vector2d& in_right, double w_left, double w_right) {
-  Matrix4d a;
-  a.row(0) = (in_left.x() * left.row(2) - left.row(0)) / w_left;
-  a.row(1) = (in_left.y() * left.row(2) - left.row(1)) / w_left;
-  a.row(2) = (in_right.x() * right.row(2) - right.row(0)) / w_right;
-  a.row(3) = (in_right.y() * right.row(2) - right.row(1)) / w_right;
-  return a;
-}
-
 Vector3d centre_of(const ProjectionMatrix& p) { return -p.leftCols<3>().inverse() * p.col(3); }
+
+// The same camera with lengths in `unit` [m], scaled so that its third row gives the depth.
+ProjectionMatrix in_units(ProjectionMatrix p, double unit) {
+  p.leftCols<3>() *= unit;
+  return p / std::copysign(p.row(2).head<3>().norm(), p.leftCols<3>().determinant());
+}
 
 Vector2d pixel_of(const ProjectionMatrix& p, const Vector3d& x) {
   return (p * x.homogeneous()).hnormalized();
@@ -101,24 +96,37 @@ Matrix3d covariance(const ProjectionMatrix& left, const ProjectionMatrix& right,
   return (j.transpose() * pixels.inverse() * j).inverse();
 }
 
+Matrix4d pixel_equations(const ProjectionMatrix& left, const ProjectionMatrix& right, const Vector2d& in_left,
+                         const Vector2d& in_right) {
+  Matrix4d a;
+  a.row(0) = in_left.x() * left.row(2) - left.row(0);
+  a.row(1) = in_left.y() * left.row(2) - left.row(1);
+  a.row(2) = in_right.x() * right.row(2) - right.row(0);
+  a.row(3) = in_right.y() * right.row(2) - right.row(1);
+  return a;
+}
+
 std::optional<UncertainPoint> triangulate(const ProjectionMatrix& left, const ProjectionMatrix& right,
                                           const Vector2d& in_left, const Vector2d& in_right,
                                           double sigma_px) {
+  const double baseline = (centre_of(right) - centre_of(left)).norm();
+  const ProjectionMatrix l = in_units(left, baseline), r = in_units(right, baseline);
+  const Matrix4d a = pixel_equations(l, r, in_left, in_right);
   // Without the weights 1/w the far camera would count more; they follow from the point, so it takes a second
   // pass.
   constexpr int kPasses = 3;
   double w_left = 1, w_right = 1;
   Vector4d q;
   for (int pass = 0; pass < kPasses; ++pass) {
-    const Matrix4d a = rows_of(left, right, in_left, in_right, w_left, w_right);
-    q = Eigen::JacobiSVD<Matrix4d>(a, Eigen::ComputeFullV).matrixV().col(3);
-    if (std::abs(q.w()) < 1e-9 * q.norm()) return std::nullopt;  // a direction, not a point
+    const Vector4d weights(1 / w_left, 1 / w_left, 1 / w_right, 1 / w_right);
+    q = Eigen::JacobiSVD<Matrix4d>(weights.asDiagonal() * a, Eigen::ComputeFullV).matrixV().col(3);
+    if (!(std::abs(q.w()) > 1e-9 * q.norm())) return std::nullopt;  // a direction, not a point
     q /= q.w();
-    w_left = left.row(2).dot(q), w_right = right.row(2).dot(q);
+    w_left = l.row(2).dot(q), w_right = r.row(2).dot(q);
     if (!(w_left > 0) || !(w_right > 0)) return std::nullopt;  // behind a camera
   }
   UncertainPoint point;
-  point.position = q.head<3>();
+  point.position = baseline * q.head<3>();
   point.covariance = covariance(left, right, point.position, sigma_px * sigma_px * Matrix4d::Identity());
   point.residual = std::sqrt(((pixel_of(left, point.position) - in_left).squaredNorm() +
                               (pixel_of(right, point.position) - in_right).squaredNorm()) /

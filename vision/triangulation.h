@@ -48,10 +48,15 @@ struct UncertainPoint {
 
 using ProjectionMatrix = Eigen::Matrix<double, 3, 4>;  ///< pixel (homogeneous) from point (homogeneous)
 
-/// Triangulates by the direct linear transform (paper, equation 1: the least singular vector of W A), then
+/// The rows of A: A Q = 0 is what two pixels say of the point Q (homogeneous; paper, equation 1).
+Eigen::Matrix4d pixel_equations(const ProjectionMatrix& left, const ProjectionMatrix& right,
+                                const Eigen::Vector2d& in_left, const Eigen::Vector2d& in_right);
+
+/// Triangulates by the direct linear transform (the least singular vector of W A), then
 /// Sigma = (J^T S^-1 J)^-1 with J the 4x3 derivative of the four pixel coordinates and S = `sigma_px`^2 I
-/// (paper, equations 2 to 4; one 3x3 inverse in place of the 4x4 pseudo-inverse, which gives the same).
-/// Nothing when the rays are nearly parallel or the point lies behind a camera.
+/// (paper, equations 2 to 4; one 3x3 inverse in place of the 4x4 pseudo-inverse of `with_paper_covariance`,
+/// which gives the same). Lengths are counted in baselines, so that neither the unit nor the scale of the
+/// matrices matters. Nothing when the rays are nearly parallel or the point lies behind a camera.
 std::optional<UncertainPoint> triangulate(const ProjectionMatrix& left, const ProjectionMatrix& right,
                                           const Eigen::Vector2d& in_left, const Eigen::Vector2d& in_right,
                                           double sigma_px);

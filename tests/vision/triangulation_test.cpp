@@ -59,20 +59,45 @@ double whitened_difference(const Matrix3d& a, const Matrix3d& b) {
   return (l.inverse() * a * l.inverse().transpose() - Matrix3d::Identity()).norm();
 }
 
+struct Pair {
+  ProjectionMatrix left, right;
+};
+
+// Two cameras a little askew, not rectified; without distortion.
+Pair some_pair() {
+  const StereoRig rig = test::random_rig();
+  const auto matrix = [](const CameraIntrinsics& c, const Eigen::Isometry3d& from_left) {
+    Matrix3d k;
+    k << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1;
+    return ProjectionMatrix(k * from_left.matrix().topRows<3>());
+  };
+  return {matrix(rig.left, Eigen::Isometry3d::Identity()), matrix(rig.right, rig.right_from_left)};
+}
+
 struct Reference {
   Vector3d point;
   std::array<double, 6> covariance;  // xx xy xz yy yz zz, [m^2]
 };
 
-// From an independent program (numpy; 4x4 pseudo-inverse of the paper's equation 3), sigma 0.5 px in each of
-// the four coordinates; it agrees with two million Monte Carlo draws to 1 % up to 5 m.
-const std::array<Reference, 5> kReferences{{
+// kRig; sigma 0.5 px in each of the four coordinates. From an independent program (numpy; the 4x4
+// pseudo-inverse of the paper's equation 3), to six digits. Two million Monte Carlo draws of its own agree to
+// 0.5 % up to 5 m, and to 1.1 % at 8 m, where sigma_d / d = 0.036 is no longer quite first order.
+const std::array<Reference, 8> kReferences{{
+    {{0.072, 0, 0.5}, {2.67769e-08, 0, 0, 2.67769e-08, 0, 1.29132e-06}},
     {{0.072, 0, 1}, {1.07107e-07, 0, 0, 1.07107e-07, 0, 2.06612e-05}},
     {{0.3, 0.2, 1.5}, {2.65760e-06, 2.11984e-06, 1.58988e-05, 2.10050e-06, 1.39463e-05, 1.04597e-04}},
     {{-0.25, -0.3, 2}, {8.99736e-06, 7.98347e-06, -5.32232e-05, 7.86645e-06, -4.95868e-05, 3.30579e-04}},
     {{0.6, -0.4, 3}, {5.28040e-05, -3.92727e-05, 2.94546e-04, 3.07160e-05, -2.23141e-04, 1.67355e-03}},
+    {{1, 0.8, 4}, {2.86403e-04, 2.45422e-04, 1.22711e-03, 2.13284e-04, 1.05785e-03, 5.28926e-03}},
+    {{0.072, 0, 5}, {2.67769e-06, 0, 0, 2.67769e-06, 0, 1.29132e-02}},
     {{1.2, 1, 8}, {1.68935e-03, 1.49157e-03, 1.19326e-02, 1.32917e-03, 1.05785e-02, 8.46281e-02}},
 }};
+
+// Largest difference of two entries, in units of the standard deviations that the entry belongs to.
+double largest_relative_difference(const Matrix3d& found, const Matrix3d& expected) {
+  const Vector3d deviations = expected.diagonal().cwiseSqrt();
+  return ((found - expected).array() / (deviations * deviations.transpose()).array()).abs().maxCoeff();
+}
 
 TEST(Covariance, MeetsTheReferenceTable) {
   for (const Reference& r : kReferences) {
@@ -81,8 +106,7 @@ TEST(Covariance, MeetsTheReferenceTable) {
     expected << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
     const Matrix3d found =
         covariance(left_of(kRig), right_of(kRig), r.point, 0.25 * Eigen::Matrix4d::Identity());
-    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-5 * expected(2, 2)) << r.point.transpose();
-    EXPECT_LT(std::abs(found(0, 0) - expected(0, 0)), 1e-5 * expected(0, 0)) << r.point.transpose();
+    EXPECT_LT(largest_relative_difference(found, expected), 1e-4) << r.point.transpose();
   }
 }
 
@@ -99,14 +123,7 @@ RC_GTEST_PROP(Covariance, OfTheGeneralRouteEqualsTheClosedFormOfARectifiedRig, (
 }
 
 RC_GTEST_PROP(Triangulation, FindsThePointThatWasProjected, ()) {
-  const StereoRig rig = test::random_rig();
-  const auto matrix = [](const CameraIntrinsics& c, const Eigen::Isometry3d& from_left) {
-    Matrix3d k;
-    k << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1;
-    return ProjectionMatrix(k * from_left.matrix().topRows<3>());
-  };
-  const ProjectionMatrix left = matrix(rig.left, Eigen::Isometry3d::Identity());
-  const ProjectionMatrix right = matrix(rig.right, rig.right_from_left);
+  const auto [left, right] = some_pair();
   const Vector3d p(between(-0.3, 0.3), between(-0.3, 0.3), between(1, 8));
   const auto found = triangulate(left, right, pixel(left, p), pixel(right, p), 0.01);
   RC_ASSERT(found.has_value());
@@ -127,8 +144,26 @@ TEST(Triangulation, RefusesParallelRays) {
       << "one pixel: 156 m";
 }
 
+RC_GTEST_PROP(Triangulation, DependsNeitherOnTheUnitNorOnTheScaleOfTheMatrices, ()) {
+  const auto [left, right] = some_pair();
+  const Vector3d p(between(-0.3, 0.3), between(-0.3, 0.3), between(1, 3));
+  const auto off = [] { return Vector2d(between(-0.2, 0.2), between(-0.2, 0.2)); };
+  const Vector2d in_left = pixel(left, p) + off(), in_right = pixel(right, p) + off();
+  const double unit = std::exp(between(-8, 8));  // how many of it make a metre
+  ProjectionMatrix other_left = between(0.01, 100) * left, other_right = -between(0.01, 100) * right;
+  other_left.leftCols<3>() /= unit, other_right.leftCols<3>() /= unit;
+  const auto one = triangulate(left, right, in_left, in_right, 0.02);
+  const auto other = triangulate(other_left, other_right, in_left, in_right, 0.02);
+  RC_ASSERT(one.has_value());
+  RC_ASSERT(other.has_value());
+  RC_ASSERT((other->position / unit - one->position).norm() < 1e-9 * one->position.norm());
+  RC_ASSERT(whitened_difference(other->covariance / (unit * unit), one->covariance) < 1e-8);
+  RC_ASSERT(std::abs(other->residual - one->residual) < 1e-9);
+}
+
 TEST(Triangulation, ErrsAsItsCovarianceSays) {
-  constexpr int kDraws = 8000;
+  // The relative error of an entry is at most sqrt(2 / draws) = 0.41 %: 2 % is 4.8 sigma.
+  constexpr int kDraws = 120000;
   const double sigma = 0.5;
   const ProjectionMatrix left = left_of(kRig), right = right_of(kRig);
   std::mt19937_64 random(1);
@@ -138,16 +173,15 @@ TEST(Triangulation, ErrsAsItsCovarianceSays) {
       const auto noise = [&] { return Vector2d(sigma * normal(random), sigma * normal(random)); };
       const auto found = triangulate(left, right, pixel(left, p) + noise(), pixel(right, p) + noise(), sigma);
       ASSERT_TRUE(found.has_value());
-      spread.add(found->position);
+      spread.add(found->position - p);
     }
     const Matrix3d expected = covariance(left, right, p, sigma * sigma * Eigen::Matrix4d::Identity());
-    // Each of six entries has a relative error of sqrt(2 / draws) = 1.6 %; 10 % in all is beyond five sigma.
-    EXPECT_LT(whitened_difference(spread.covariance(), expected), 0.1) << p.transpose();
+    EXPECT_LT(largest_relative_difference(spread.covariance(), expected), 0.02) << p.transpose();
   }
 }
 
 TEST(RangeViewCovariance, MeetsMonteCarlo) {
-  constexpr int kDraws = 20000;
+  constexpr int kDraws = 200000;  // sqrt(2 / draws) = 0.32 %: 2 % is beyond six sigma
   std::mt19937_64 random(2);
   const PinholeCamera& c = kRig.camera;
   const int u = 500, v = 100;
@@ -164,7 +198,7 @@ TEST(RangeViewCovariance, MeetsMonteCarlo) {
     const double z = kRig.depth(d + kRig.disparity_sigma * normal(random));
     spread.add(c.point(u + in_pixel(), v + in_pixel(), z));
   }
-  EXPECT_LT(whitened_difference(spread.covariance(), view.covariance(u, v)), 0.06);
+  EXPECT_LT(largest_relative_difference(spread.covariance(), view.covariance(u, v)), 0.02);
 }
 
 RC_GTEST_PROP(RangeViews, HoldTheDepthAndSigmaOfEachDisparity, ()) {
