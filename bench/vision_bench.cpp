@@ -1,9 +1,9 @@
 // How fast vision is, against the plain way of doing the same, in one run on one core. Highway is held to
 // AVX2, so that the figures of two machines can be compared; the report's machine says what was used.
+#include <Eigen/SVD>
 #include <random>
 #include <vector>
 
-#include <Eigen/SVD>
 #include <hwy/targets.h>
 #include <opencv2/core/utility.hpp>
 
@@ -11,6 +11,7 @@
 #include "bench/figures.h"
 #include "vision/dense_covariance.h"
 #include "vision/paper_covariance.h"
+#include "vision/visible_rows.h"
 
 namespace headway {
 namespace {
@@ -101,6 +102,57 @@ void covariance(benchmark::State& state) {
   state.counters["cov_ratio_svd"] = svd_ns / dense_ns;
 }
 BENCHMARK(covariance)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// What the pair sees from 0.4 to 5 m: six half-spaces.
+std::vector<Eigen::Vector4d> seen_by_the_pair() {
+  const vision::PinholeCamera& c = kRig.camera;
+  const double right = c.width - 0.5 - c.cx, below = c.height - 0.5 - c.cy;
+  return {{c.focal, 0, c.cx + 0.5, -c.focal * kRig.baseline},
+          {-c.focal, 0, right, 0},
+          {0, c.focal, c.cy + 0.5, 0},
+          {0, -c.focal, below, 0},
+          {0, 0, 1, -0.4},
+          {0, 0, -1, 5}};
+}
+
+/// The voxels of a room of 6 x 6 x 2.5 m that the pair sees, standing in it and looking down and aside.
+void visible_rows(benchmark::State& state) {
+  const vision::VoxelGrid grid{Eigen::Vector3d::Zero(), 0.02, 300, 300, 125};
+  Eigen::Isometry3d map_from_camera(Eigen::Translation3d(1, 3, 1.4));
+  Eigen::Matrix3d map_from_optical;
+  map_from_optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  map_from_camera.rotate(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) * map_from_optical *
+                         Eigen::AngleAxisd(-0.35, Eigen::Vector3d::UnitX()));
+  const std::vector<Eigen::Vector4d> rows = seen_by_the_pair();
+  vision::VisibleRows visible;
+  std::vector<std::uint8_t> inside(std::size_t{300} * 300 * 125);
+  std::size_t in_rows = 0, pointwise = 0;
+  LeastTime by_row, by_point;
+  constexpr int kRounds = 7;
+  for (auto _ : state)
+    for (int round = 0; round < kRounds; ++round) {
+      for (int again = 0; again < kRounds; ++again)
+        by_row.take([&] { benchmark::DoNotOptimize(visible.find(rows, grid, map_from_camera).data()); });
+      by_point.take([&] {
+        std::uint8_t* voxel = inside.data();
+        for (int k = 0; k < grid.nz; ++k)
+          for (int j = 0; j < grid.ny; ++j) {
+            const double y = grid.centre(1, j), z = grid.centre(2, k);
+            for (int i = 0; i < grid.nx; ++i)
+              *voxel++ = vision::contains(visible.in_map(), grid.centre(0, i), y, z);
+          }
+        benchmark::DoNotOptimize(inside.data());
+      });
+    }
+  for (const vision::RowSpan& span : visible.find(rows, grid, map_from_camera))
+    in_rows += static_cast<std::size_t>(span.last - span.first);
+  for (const std::uint8_t voxel : inside) pointwise += voxel;
+  if (in_rows == 0 || in_rows != pointwise) state.SkipWithError("rows and points see different voxels");
+  state.counters["rows_ms"] = by_row.seconds() * 1e3;
+  state.counters["rows_ratio_pointwise"] = by_point.seconds() / by_row.seconds();
+  state.counters["rows_visible_share"] = static_cast<double>(in_rows) / static_cast<double>(inside.size());
+}
+BENCHMARK(visible_rows)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 /// Highway's AVX2 kernels, or the best that this processor has below it. Returns the name.
 const char* hold_to_avx2() {
