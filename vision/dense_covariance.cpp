@@ -151,7 +151,7 @@ bool fits(std::span<const float> plane, const DensePoints& points) {
 // page, so the planes begin half a page later, and each a few cache lines after the one before, so that
 // writing them side by side does not fill one set of the cache.
 void DensePoints::resize(int width, int height) {
-  constexpr std::size_t kPage = 4096 / sizeof(float), kApart = 3 * 64 / sizeof(float);
+  constexpr std::size_t kPage = 4096 / sizeof(float), kApart = 192 / sizeof(float);
   width_ = width, height_ = height;
   size_ = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   stride_ = (size_ + kPage - 1) / kPage * kPage + kApart;

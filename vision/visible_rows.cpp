@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <ranges>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "vision/visible_rows.cpp"
@@ -126,20 +124,30 @@ namespace {
 HWY_EXPORT(all_rows);
 HWY_EXPORT(all_points);
 
-// By bisection with the very test of a point. Rounding keeps order, so along a row `side` never falls (or
-// never rises) even in floating point, and each half-space leaves one interval.
+// The first of [first, last) from which on `holds` is true, by bisection; `last` when there is none.
+template <class Holds>
+int first_where(int first, int last, const Holds& holds) {
+  while (first < last) {
+    const int middle = first + (last - first) / 2;
+    if (holds(middle))
+      last = middle;
+    else
+      first = middle + 1;
+  }
+  return first;
+}
+
+// With the very test of a point. Rounding keeps order, so along a row `side` never falls (or never rises)
+// even in floating point, and each half-space leaves one interval.
 RowSpan exact_span(std::span<const Eigen::Vector4d> rows, const VoxelGrid& grid, int j, int k) {
   const double y = grid.centre(1, j), z = grid.centre(2, k);
   RowSpan span{0, grid.nx};
   for (const Eigen::Vector4d& row : rows) {
     const auto inside = [&](int i) { return side(row, grid.centre(0, i), y, z) >= 0; };
-    const auto voxels = std::views::iota(span.first, span.last);
     if (row[0] < 0)
-      span.last =
-          span.first + static_cast<int>(std::ranges::partition_point(voxels, inside) - voxels.begin());
+      span.last = first_where(span.first, span.last, [&](int i) { return !inside(i); });
     else
-      span.first +=
-          static_cast<int>(std::ranges::partition_point(voxels, std::not_fn(inside)) - voxels.begin());
+      span.first = first_where(span.first, span.last, inside);
     if (span.first >= span.last) return {};
   }
   return span;
