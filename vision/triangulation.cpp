@@ -110,8 +110,10 @@ std::optional<UncertainPoint> triangulate(const ProjectionMatrix& left, const Pr
                                           const Vector2d& in_left, const Vector2d& in_right,
                                           double sigma_px) {
   const double baseline = (centre_of(right) - centre_of(left)).norm();
+  if (!(baseline > 0)) return std::nullopt;
   const ProjectionMatrix l = in_units(left, baseline), r = in_units(right, baseline);
   const Matrix4d a = pixel_equations(l, r, in_left, in_right);
+  if (!a.allFinite()) return std::nullopt;
   // Without the weights 1/w the far camera would count more; they follow from the point, so it takes a second
   // pass.
   constexpr int kPasses = 3;

@@ -56,7 +56,8 @@ Eigen::Matrix4d pixel_equations(const ProjectionMatrix& left, const ProjectionMa
 /// Sigma = (J^T S^-1 J)^-1 with J the 4x3 derivative of the four pixel coordinates and S = `sigma_px`^2 I
 /// (paper, equations 2 to 4; one 3x3 inverse in place of the 4x4 pseudo-inverse of `with_paper_covariance`,
 /// which gives the same). Lengths are counted in baselines, so that neither the unit nor the scale of the
-/// matrices matters. Nothing when the rays are nearly parallel or the point lies behind a camera.
+/// matrices matters. Nothing when the rays are nearly parallel, the point lies behind a camera, the cameras
+/// stand in one place, or a number is not finite.
 std::optional<UncertainPoint> triangulate(const ProjectionMatrix& left, const ProjectionMatrix& right,
                                           const Eigen::Vector2d& in_left, const Eigen::Vector2d& in_right,
                                           double sigma_px);

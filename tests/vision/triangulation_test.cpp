@@ -144,6 +144,20 @@ TEST(Triangulation, RefusesParallelRays) {
       << "one pixel: 156 m";
 }
 
+TEST(Triangulation, RefusesCamerasInOnePlaceAndPixelsThatAreNone) {
+  const ProjectionMatrix left = left_of(kRig);
+  EXPECT_FALSE(triangulate(left, left, {100, 100}, {90, 100}, 0.5).has_value());
+  EXPECT_FALSE(triangulate(left, right_of(kRig), {100, NAN}, {90, 100}, 0.5).has_value());
+  EXPECT_FALSE(triangulate(left, right_of(kRig), {100, 100}, {-INFINITY, 100}, 0.5).has_value());
+}
+
+TEST(Triangulation, SaysHowFarTheRaysMissEachOther) {
+  // One row apart: the point lies half a row off in both images, in two of four coordinates.
+  const auto found = triangulate(left_of(kRig), right_of(kRig), {300, 200}, {240, 201}, 0.3);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->residual, std::sqrt(2 * 0.5 * 0.5 / 4), 1e-3);
+}
+
 RC_GTEST_PROP(Triangulation, DependsNeitherOnTheUnitNorOnTheScaleOfTheMatrices, ()) {
   const auto [left, right] = some_pair();
   const Vector3d p(between(-0.3, 0.3), between(-0.3, 0.3), between(1, 3));
