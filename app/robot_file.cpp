@@ -9,8 +9,8 @@
 
 #include "config/yaml_reader.h"
 #include "hal/error.h"
-#include "vision/field.h"
 #include "vision/rig_files.h"
+#include "vision/viewpoints.h"
 
 namespace headway::app {
 

@@ -48,7 +48,7 @@ ROOMS = {
     "config": (["hal/error.h"], ["yaml-cpp", "fmt", "files"]),
     "vision": (HAL_VALUES + ["config/*"], ["Eigen", "OpenCV", "qhull", "fmt", "expected", "Highway", "intrinsics"]),
     "nav/walking": (HAL_VALUES, ["Eigen", "fmt", "expected"]),
-    "nav": (HAL_VALUES + ["hal/walker.h", "nav/walking/*", "vision/range_view.h", "vision/field.h", "config/*"],
+    "nav": (HAL_VALUES + ["hal/walker.h", "nav/walking/*", "vision/range_view.h", "vision/polytope.h", "config/*"],
             ["Eigen", "OctoMap", "fmt", "expected", "Highway", "intrinsics"]),
     "drivers": (["hal/*"], ["Eigen", "fmt", "expected", "threads", "system", "libusb", "libjpeg"]),
     "sim_hal": (["hal/*", "config/*", "nav/walking/*"], ["Eigen", "Embree", "fmt", "expected"]),

@@ -1,33 +1,15 @@
-// What a rig can see: the convex piece of space where both cameras see a point, and the directions of the
-// head that cover the surroundings with it. Plain values, no OpenCV.
+// Where to point the head so that a rig sees its surroundings: how wide the field is at a distance, which
+// directions cover what the head can look at, and how much of it they truly show. Plain values, no OpenCV.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <vector>
 
 #include "hal/head.h"
+#include "hal/head_kinematics.h"
+#include "vision/polytope.h"
 #include "vision/rectified_rig.h"
 
 namespace headway::vision {
-
-/// The polytope A x >= 0 (paper, section II): x = (x, y, z, 1) in the rectified left camera's optical frame
-/// [m]. Each row is scaled so that A x is the distance to its plane [m]. No row is redundant: six for a
-/// rectified rig.
-struct Field {
-  std::vector<Eigen::Vector4d> rows;
-  std::vector<Eigen::Vector3d> corners;  ///< the vertices; eight for a rectified rig
-
-  bool contains(const Eigen::Vector3d& point) const {
-    for (const Eigen::Vector4d& row : rows)
-      if (row.dot(point.homogeneous()) < 0) return false;
-    return true;
-  }
-};
-
-/// The field between the depths `near` and `far` [m]: points whose pixels lie inside both images. The columns
-/// of the left image whose points the right camera does not see are outside. Empty when nothing is seen by
-/// both.
-Field field_of(const RectifiedRig& rig, double near, double far);
 
 /// Opening angles [rad].
 struct FieldAngles {
@@ -49,5 +31,17 @@ enum class Coverage {
 /// that the head turns little: pan sweeps left, then right, tilt goes down a row between.
 std::vector<hal::HeadAngles> viewpoints(const hal::HeadLimits& limits, const FieldAngles& field,
                                         double overlap = 0, Coverage coverage = Coverage::kGaze);
+
+/// Shares (0..1) of the points at one distance from the neck that a set of views shows.
+struct CoveredShares {
+  double gaze = 0;   ///< of those that the head can point the camera's axis at
+  double reach = 0;  ///< of those that any direction of the head would show
+};
+
+/// Measured on a lattice of directions around the neck (where the tilt joint lies at zero angles), `distance`
+/// [m] away. `field` is in the camera's optical frame that `neck` leads to; its depth limits count, so leave
+/// them out to ask about directions alone.
+CoveredShares covered(const Polytope& field, const hal::HeadKinematics& neck, const hal::HeadLimits& limits,
+                      const std::vector<hal::HeadAngles>& views, double distance);
 
 }  // namespace headway::vision
