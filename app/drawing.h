@@ -20,6 +20,9 @@ inline const Colour kPaper{255, 255, 255};
 inline const Colour kInk{40, 36, 34};
 inline const Colour kPale{215, 210, 205};
 inline const Colour kPath{20, 130, 240}, kLeftFoot{200, 100, 20}, kRightFoot{50, 150, 30};
+// Told apart by colour-blind readers as well (Okabe and Ito).
+inline const Colour kBlue{178, 114, 0}, kSkyBlue{233, 180, 86}, kGreen{115, 158, 0}, kOrange{0, 159, 230},
+    kVermilion{0, 94, 213}, kPurple{167, 121, 204};
 }  // namespace colours
 
 /// As OpenCV's drawing functions take it.

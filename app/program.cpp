@@ -26,6 +26,7 @@ int run_program(int argc, const char* const* argv) {
   add_campaign(program, run);
   add_map(program, run);
   add_reconstruct(program, run);
+  add_characterise(program, run);
   try {
     program.parse(argc, argv);
     return run();

@@ -34,13 +34,6 @@ std::vector<Vector3d> lattice_directions(int count) {
   return directions;
 }
 
-std::vector<Polytope> seen_from(const Polytope& field, const hal::HeadKinematics& neck,
-                                const std::vector<hal::HeadAngles>& views) {
-  std::vector<Polytope> seen;
-  for (const hal::HeadAngles& view : views) seen.push_back(moved(field, neck.chest_from_camera(view)));
-  return seen;
-}
-
 bool any_contains(const std::vector<Polytope>& polytopes, const Vector3d& point) {
   return std::any_of(polytopes.begin(), polytopes.end(),
                      [&](const Polytope& p) { return p.contains(point); });
@@ -89,13 +82,25 @@ std::vector<hal::HeadAngles> viewpoints(const hal::HeadLimits& limits, const Fie
   return views;
 }
 
-CoveredShares covered(const Polytope& field, const hal::HeadKinematics& neck, const hal::HeadLimits& limits,
-                      const std::vector<hal::HeadAngles>& views, double distance) {
-  constexpr int kDirections = 6000;
+std::vector<hal::HeadAngles> all_directions(const hal::HeadLimits& limits) {
   std::vector<hal::HeadAngles> all;
   for (const double pan : dense(limits.lower.pan, limits.upper.pan))
     for (const double tilt : dense(limits.lower.tilt, limits.upper.tilt)) all.push_back({pan, tilt});
-  const std::vector<Polytope> chosen = seen_from(field, neck, views), any = seen_from(field, neck, all);
+  return all;
+}
+
+std::vector<Polytope> fields_of(const Polytope& field, const hal::HeadKinematics& neck,
+                                const std::vector<hal::HeadAngles>& views) {
+  std::vector<Polytope> fields;
+  for (const hal::HeadAngles& view : views) fields.push_back(moved(field, neck.chest_from_camera(view)));
+  return fields;
+}
+
+CoveredShares covered(const Polytope& field, const hal::HeadKinematics& neck, const hal::HeadLimits& limits,
+                      const std::vector<hal::HeadAngles>& views, double distance) {
+  constexpr int kDirections = 3000;
+  const std::vector<Polytope> chosen = fields_of(field, neck, views);
+  const std::vector<Polytope> any = fields_of(field, neck, all_directions(limits));
   const Vector3d centre = (neck.chest_from_pan * neck.pan_from_tilt).translation();
   int gaze = 0, gaze_seen = 0, reach = 0, reach_seen = 0;
   for (const Vector3d& direction : lattice_directions(kDirections)) {

@@ -32,6 +32,15 @@ enum class Coverage {
 std::vector<hal::HeadAngles> viewpoints(const hal::HeadLimits& limits, const FieldAngles& field,
                                         double overlap = 0, Coverage coverage = Coverage::kGaze);
 
+/// Directions all over the limits, their ends among them, at most 0.1 rad apart: together their views show
+/// all that the head can.
+std::vector<hal::HeadAngles> all_directions(const hal::HeadLimits& limits);
+
+/// The field in the chest frame when the head looks in each of these directions. `field` is in the camera's
+/// optical frame that `neck` leads to.
+std::vector<Polytope> fields_of(const Polytope& field, const hal::HeadKinematics& neck,
+                                const std::vector<hal::HeadAngles>& views);
+
 /// Shares (0..1) of the points at one distance from the neck that a set of views shows.
 struct CoveredShares {
   double gaze = 0;   ///< of those that the head can point the camera's axis at
@@ -39,8 +48,7 @@ struct CoveredShares {
 };
 
 /// Measured on a lattice of directions around the neck (where the tilt joint lies at zero angles), `distance`
-/// [m] away. `field` is in the camera's optical frame that `neck` leads to; its depth limits count, so leave
-/// them out to ask about directions alone.
+/// [m] away. The depth limits of `field` count, so leave them out to ask about directions alone.
 CoveredShares covered(const Polytope& field, const hal::HeadKinematics& neck, const hal::HeadLimits& limits,
                       const std::vector<hal::HeadAngles>& views, double distance);
 

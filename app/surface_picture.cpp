@@ -1,0 +1,141 @@
+#include "app/surface_picture.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "app/drawing.h"
+#include "app/pictures.h"
+#include "app/scene_picture.h"
+
+namespace headway::app {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTear = 0.03;  // depth step, as a share of the depth, over which the surface is not spanned
+constexpr double kSigmas = 10;  // three would hardly be seen
+constexpr int kAcross = 26;     // ellipsoids along the image's width
+
+/// From the optical frame to x forward, y left, z up.
+Vector3d turned(const Vector3d& p) { return {p.z(), -p.x(), -p.y()}; }
+
+bool shown(const vision::RangeView& view, int u, int v) {
+  return static_cast<double>(view.depth[view.index(u, v)]) <= view.far;  // false for NaN
+}
+
+Vector3d point(const vision::RangeView& view, int u, int v) {
+  return turned(view.camera.point(u, v, static_cast<double>(view.depth[view.index(u, v)])));
+}
+
+void draw_surface(ScenePicture& scene, const vision::RangeView& view, const hal::GrayImage& left) {
+  using Pixel = std::array<int, 2>;
+  const auto span = [&](const std::array<Pixel, 3>& at) {
+    std::array<Vector3d, 3> corners;
+    std::array<Colour, 3> colours;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [u, v] = at[i];
+      if (!shown(view, u, v)) return;
+      corners[i] = point(view, u, v);
+      colours[i] = Colour::all(left.pixels[view.index(u, v)]);
+    }
+    const auto [nearest, farthest] = std::minmax({corners[0].x(), corners[1].x(), corners[2].x()});
+    if (farthest - nearest < kTear * nearest) scene.triangle(corners, colours);
+  };
+  for (int v = 0; v + 1 < view.camera.height; ++v)
+    for (int u = 0; u + 1 < view.camera.width; ++u) {
+      span({{{u, v}, {u, v + 1}, {u + 1, v}}});
+      span({{{u + 1, v}, {u, v + 1}, {u + 1, v + 1}}});
+    }
+}
+
+/// Quads of a unit sphere, each as two triangles.
+std::vector<std::array<Vector3d, 3>> sphere() {
+  constexpr int kRound = 14, kUp = 8;
+  const auto at = [](int i, int j) {
+    const double a = 2 * M_PI * i / kRound, e = M_PI * j / kUp;
+    return Vector3d(std::sin(e) * std::cos(a), std::sin(e) * std::sin(a), std::cos(e));
+  };
+  std::vector<std::array<Vector3d, 3>> triangles;
+  for (int i = 0; i < kRound; ++i)
+    for (int j = 0; j < kUp; ++j) {
+      triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
+      triangles.push_back({at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)});
+    }
+  return triangles;
+}
+
+struct Span {
+  double lowest = 1e9, highest = 0;
+  void add(double v) { lowest = std::min(lowest, v), highest = std::max(highest, v); }
+};
+
+void draw_ellipsoids(ScenePicture& scene, const vision::RangeView& view, const Span& sigmas) {
+  const auto triangles = sphere();
+  const int step = std::max(1, view.camera.width / kAcross);
+  for (int v = step / 2; v < view.camera.height; v += step)
+    for (int u = step / 2; u < view.camera.width; u += step) {
+      if (!shown(view, u, v)) continue;
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(view.covariance(u, v));
+      const Eigen::Matrix3d shape = kSigmas * solver.operatorSqrt();
+      const double share =
+          std::log(uncertainty(view, u, v) / sigmas.lowest) / std::log(sigmas.highest / sigmas.lowest);
+      const Colour colour = ramp_colour(Ramp::kInferno, 0.25 + 0.65 * share);
+      const Vector3d centre = point(view, u, v);
+      for (const auto& t : triangles)
+        scene.lit_triangle(
+            {centre + turned(shape * t[0]), centre + turned(shape * t[1]), centre + turned(shape * t[2])},
+            colour);
+    }
+}
+
+/// From beside the camera towards the middle of what is shown.
+Lookout beside_the_camera(const vision::RangeView& view) {
+  std::array<std::vector<double>, 3> coordinates;
+  for (int v = 0; v < view.camera.height; v += 4)
+    for (int u = 0; u < view.camera.width; u += 4)
+      for (int axis = 0; axis < 3 && shown(view, u, v); ++axis)
+        coordinates.at(static_cast<std::size_t>(axis)).push_back(point(view, u, v)[axis]);
+  Vector3d middle((view.near + view.far) / 2, 0, 0);
+  for (int axis = 0; axis < 3 && !coordinates[0].empty(); ++axis) {
+    auto& values = coordinates.at(static_cast<std::size_t>(axis));
+    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), half, values.end());
+    middle[axis] = *half;
+  }
+  const double far = middle.x();
+  return {middle + far * Vector3d(-0.85, -0.5, 0.34), middle, 0.5};
+}
+
+}  // namespace
+
+cv::Mat surface_picture(const vision::RangeView& view, const hal::GrayImage& left) {
+  constexpr int kWidth = 620, kHeight = 500;
+  const Lookout from = beside_the_camera(view);
+  ScenePicture plain(from, kWidth, kHeight);
+  draw_surface(plain, view, left);
+  ScenePicture with = plain;
+  Span sigmas;
+  for (int v = 0; v < view.camera.height; v += 8)
+    for (int u = 0; u < view.camera.width; u += 8)
+      if (shown(view, u, v)) sigmas.add(uncertainty(view, u, v));
+  if (sigmas.highest <= sigmas.lowest) sigmas = {1e-3, 1e-2};
+  draw_ellipsoids(with, view, sigmas);
+  cv::Mat image = with.finished();
+  std::vector<Key> keys;
+  for (int i = 0; i <= 3; ++i) {
+    const double sigma = sigmas.lowest * std::pow(sigmas.highest / sigmas.lowest, i / 3.0);
+    keys.push_back(
+        {ramp_colour(Ramp::kInferno, 0.25 + 0.65 * i / 3.0), fmt::format("{:.1f} mm", sigma * 1e3)});
+  }
+  draw_keys(image, {12, 12}, keys, colours::kInk);
+  return strip({{plain.finished(), "the reconstructed surface"},
+                {image, "with ellipsoids of ten standard deviations"}});
+}
+
+}  // namespace headway::app
