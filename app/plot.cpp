@@ -15,8 +15,6 @@ using Eigen::Vector2d;
 constexpr int kFraction = 4;  // bits below the pixel
 const Colour kGrid{232, 230, 228};
 
-cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
-
 std::vector<Tick> ticks_of(const PlotAxis& axis, int wanted) {
   if (!axis.logarithmic) return linear_ticks(axis.lowest, axis.highest, wanted);
   std::vector<Tick> ticks;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 #include <string_view>
 #include <system_error>
 
@@ -9,6 +10,7 @@
 
 #include "config/yaml_reader.h"
 #include "hal/error.h"
+#include "vision/rectify.h"
 #include "vision/rig_files.h"
 #include "vision/viewpoints.h"
 
@@ -110,16 +112,23 @@ void read_planner(const Section& planner, nav::PlannerConfig& config) {
   check(planner, config);
 }
 
-void read_mission(const Section& mission, Robot& robot) {
+/// Returns what one view is taken to cover, where the file says so [rad].
+std::optional<vision::FieldAngles> read_mission(const Section& mission, Robot& robot) {
   runtime::MissionConfig& config = robot.mission;
-  const auto field = mission.numbers("look_around_field_deg", 2, {5, 170, "deg"});
-  config.viewpoints = vision::viewpoints(config.head, {field[0] * kDegree, field[1] * kDegree});
   config.frames_per_view = mission.integer("frames_per_view", {1, 20});
   config.gate.recent = seconds(mission.number("recent_seconds", {0.5, 600, "s"}));
   config.gate.blind_radius = mission.number("blind_radius", {0, 3, "m"});
   config.look_distance = mission.number("look_distance", {0.2, 5, "m"});
   config.goal_tolerance = mission.number("goal_tolerance", {0.01, 1, "m"});
   robot.steps.max_map_age = seconds(mission.number("max_map_age_seconds", {0.1, 10, "s"}));
+  const auto field = mission.numbers_if("look_around_field_deg", 2, {5, 170, "deg"});
+  if (!field) return std::nullopt;
+  return vision::FieldAngles{field->at(0) * kDegree, field->at(1) * kDegree};
+}
+
+/// What both cameras show at the distance that the head watches.
+vision::FieldAngles field_of(const vision::StereoRig& rig, double look_distance) {
+  return vision::field_angles(vision::Rectifier(rig).rig(), std::max(look_distance, rig.nearest));
 }
 
 void read_simulation(const Section& simulation, SimulationConfig& config) {
@@ -177,11 +186,13 @@ Robot read_robot(const std::filesystem::path& file) {
   read_body(section.section("body"), robot.mission.outline);
   read_map(section.section("map"), robot);
   read_planner(section.section("planner"), robot.mission.planner);
-  read_mission(section.section("mission"), robot);
+  const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
   section.finish();
   robot.mapper.integration.own_body = {own_body(section.section("neck"), robot)};
   robot.rig = vision::read_rig(rig);
+  robot.mission.viewpoints = vision::viewpoints(
+      robot.mission.head, field ? *field : field_of(robot.rig, robot.mission.look_distance));
   return robot;
 }
 
