@@ -337,6 +337,7 @@ void add_characterise(CLI::App& app, Run& run) {
   command->add_option("--robot", options->robot, "Robot file: how far the head turns")
       ->type_name("FILE")
       ->capture_default_str();
+  command->get_option("--pair")->needs("--out");
   command->callback([options, &run] { run = [options] { return Characterisation(*options).run(); }; });
 }
 

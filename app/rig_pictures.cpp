@@ -91,7 +91,9 @@ struct Ground {
     y0 = std::floor(box.min().y() / step) * step, y1 = std::ceil(box.max().y() / step) * step;
     x1 = std::ceil(box.max().x() / step - 1e-9) * step;
   }
-  std::vector<Vector3d> corners() const { return {{0, y0, z}, {0, y1, z}, {x1, y0, z}, {x1, y1, z}}; }
+  std::vector<Vector3d> corners() const {
+    return {{-0.4 * step, y0 - 0.3 * step, z}, {0, y1, z}, {x1, y0 - 0.3 * step, z}, {x1, y1, z}};
+  }
   void draw(ScenePicture& scene) const {
     const Colour line{214, 210, 206};
     for (double x = 0; x < x1 + step / 2; x += step) scene.line({x, y0, z}, {x, y1, z}, line, 1, 1);

@@ -71,9 +71,25 @@ std::vector<std::array<Vector3d, 3>> sphere() {
 }
 
 struct Span {
-  double lowest = 1e9, highest = 0;
-  void add(double v) { lowest = std::min(lowest, v), highest = std::max(highest, v); }
+  double lowest, highest;
+  double share(double v) const {
+    return std::clamp(std::log(v / lowest) / std::log(highest / lowest), 0.0, 1.0);
+  }
 };
+
+/// Most of the points' resolutions: a few far ones must not stretch the colours.
+Span resolutions(const vision::RangeView& view) {
+  std::vector<double> all;
+  for (int v = 0; v < view.camera.height; v += 8)
+    for (int u = 0; u < view.camera.width; u += 8)
+      if (shown(view, u, v)) all.push_back(uncertainty(view, u, v));
+  if (all.size() < 2) return {1e-3, 1e-2};
+  std::sort(all.begin(), all.end());
+  const double lowest = all[all.size() / 50];
+  return {lowest, std::max(all[all.size() - 1 - all.size() / 50], 1.1 * lowest)};
+}
+
+Colour colour_of(double share) { return ramp_colour(Ramp::kInferno, 0.2 + 0.68 * share); }
 
 void draw_ellipsoids(ScenePicture& scene, const vision::RangeView& view, const Span& sigmas) {
   const auto triangles = sphere();
@@ -83,9 +99,7 @@ void draw_ellipsoids(ScenePicture& scene, const vision::RangeView& view, const S
       if (!shown(view, u, v)) continue;
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(view.covariance(u, v));
       const Eigen::Matrix3d shape = kSigmas * solver.operatorSqrt();
-      const double share =
-          std::log(uncertainty(view, u, v) / sigmas.lowest) / std::log(sigmas.highest / sigmas.lowest);
-      const Colour colour = ramp_colour(Ramp::kInferno, 0.25 + 0.65 * share);
+      const Colour colour = colour_of(sigmas.share(uncertainty(view, u, v)));
       const Vector3d centre = point(view, u, v);
       for (const auto& t : triangles)
         scene.lit_triangle(
@@ -109,7 +123,7 @@ Lookout beside_the_camera(const vision::RangeView& view) {
     middle[axis] = *half;
   }
   const double far = middle.x();
-  return {middle + far * Vector3d(-0.85, -0.5, 0.34), middle, 0.5};
+  return {middle + far * Vector3d(-0.85, -0.5, 0.34), middle + far * Vector3d(0.05, 0, 0.03), 0.6};
 }
 
 }  // namespace
@@ -120,20 +134,18 @@ cv::Mat surface_picture(const vision::RangeView& view, const hal::GrayImage& lef
   ScenePicture plain(from, kWidth, kHeight);
   draw_surface(plain, view, left);
   ScenePicture with = plain;
-  Span sigmas;
-  for (int v = 0; v < view.camera.height; v += 8)
-    for (int u = 0; u < view.camera.width; u += 8)
-      if (shown(view, u, v)) sigmas.add(uncertainty(view, u, v));
-  if (sigmas.highest <= sigmas.lowest) sigmas = {1e-3, 1e-2};
+  const Span sigmas = resolutions(view);
   draw_ellipsoids(with, view, sigmas);
   cv::Mat image = with.finished();
   std::vector<Key> keys;
-  for (int i = 0; i <= 3; ++i) {
+  for (int i = 3; i >= 0; --i) {
     const double sigma = sigmas.lowest * std::pow(sigmas.highest / sigmas.lowest, i / 3.0);
-    keys.push_back(
-        {ramp_colour(Ramp::kInferno, 0.25 + 0.65 * i / 3.0), fmt::format("{:.1f} mm", sigma * 1e3)});
+    keys.push_back({colour_of(i / 3.0), fmt::format("{:.0f} mm", sigma * 1e3)});
   }
-  draw_keys(image, {12, 12}, keys, colours::kInk);
+  const Colour paper = colours::kPaper;
+  image(cv::Rect(0, 0, 112, 122)).setTo(cv::Scalar(paper[0], paper[1], paper[2]));
+  draw_text(image, "resolution", {12, 20}, colours::kInk, 10);
+  draw_keys(image, {12, 28}, keys, colours::kInk);
   return strip({{plain.finished(), "the reconstructed surface"},
                 {image, "with ellipsoids of ten standard deviations"}});
 }

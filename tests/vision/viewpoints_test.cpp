@@ -84,6 +84,42 @@ TEST(Viewpoints, LieWithinTheLimitsAndTurnTheHeadLittle) {
   }
 }
 
+// A head whose axes cross in the cameras: nothing but directions count.
+hal::HeadKinematics plain_neck() {
+  hal::HeadKinematics neck;
+  neck.tilt_from_camera.linear() = hal::body_from_optical();
+  return neck;
+}
+
+TEST(CoveredShares, AreThePapersNine) {
+  const hal::HeadLimits limits;
+  const RectifiedRig rig = square_rig();
+  const Polytope field = rig_polytope(rig, {});
+  const auto nine = viewpoints(limits, {33 * kDegree, 33 * kDegree});
+  ASSERT_EQ(nine.size(), 9U);
+  EXPECT_EQ(covered(field, plain_neck(), limits, nine, 1e6).gaze, 1) << "all directions of gaze, far away";
+  EXPECT_NEAR(covered(field, plain_neck(), limits, nine, 1).gaze, 0.89, 0.05) << "not at one metre";
+  EXPECT_LT(covered(field, plain_neck(), limits, nine, 1e6).reach, 0.9) << "nor all that the head can show";
+}
+
+TEST(CoveredShares, GrowToAllWithTheViewsLaidOutForThem) {
+  const hal::HeadLimits limits;
+  const RectifiedRig rig = square_rig();
+  const Polytope field = rig_polytope(rig, {});
+  const auto far_away = viewpoints(limits, field_angles(rig, 1e6), 0, Coverage::kReach),
+             near_by = viewpoints(limits, field_angles(rig, 1), 0, Coverage::kReach);
+  EXPECT_GT(covered(field, plain_neck(), limits, far_away, 1e6).reach, 0.99);
+  EXPECT_GT(covered(field, plain_neck(), limits, near_by, 1).reach, 0.99);
+  EXPECT_LT(covered(field, plain_neck(), limits, far_away, 1).reach,
+            covered(field, plain_neck(), limits, near_by, 1).reach);
+}
+
+TEST(CoveredShares, OfNoViewsAreNothing) {
+  const auto shares = covered(rig_polytope(square_rig(), {}), plain_neck(), {}, {}, 2);
+  EXPECT_EQ(shares.gaze, 0);
+  EXPECT_EQ(shares.reach, 0);
+}
+
 TEST(Viewpoints, StayFiniteForAFieldThatIsNone) {
   EXPECT_LE(viewpoints({}, {0, 0}, 5).size(), 10000U);
   EXPECT_GE(viewpoints({}, {10, 10}).size(), 1U);

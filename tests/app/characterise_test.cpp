@@ -1,0 +1,158 @@
+// The command characterise as a user calls it.
+#include <map>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "app/commands.h"
+#include "app/drawing.h"
+#include "app/mesh_files.h"
+#include "tests/app/temporary_folder.h"
+
+namespace headway::app {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kConfig = fs::path(HEADWAY_SOURCE_DIR) / "config";
+
+struct Outcome {
+  int code = 0;
+  std::string said, error;
+};
+
+class Characterise : public testing::Test {
+ protected:
+  Outcome run(const fs::path& rig, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"headway", "characterise", rig.string(), "--robot",
+                                       (kConfig / "hrp2/robot.yaml").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    std::vector<const char*> argv;
+    for (const std::string& a : arguments) argv.push_back(a.c_str());
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    Outcome outcome;
+    outcome.code = run_program(static_cast<int>(argv.size()), argv.data());
+    outcome.said = testing::internal::GetCapturedStdout();
+    outcome.error = testing::internal::GetCapturedStderr();
+    return outcome;
+  }
+  nlohmann::json report() const { return nlohmann::json::parse(read_text(folder_ / "out/report.json")); }
+  std::string out() const { return (folder_ / "out").string(); }
+
+  TemporaryFolder folder_;
+  const fs::path rig_ = kConfig / "hrp2/rigs/bottom.yaml";
+};
+
+TEST_F(Characterise, TellsWhatTheRobotsRigSees) {
+  const Outcome outcome = run(rig_);
+  EXPECT_EQ(outcome.code, kSuccess) << outcome.error;
+  for (const char* part : {"half-spaces", "Quickhull", "250", "132", "field of view", "resolution", "views"})
+    EXPECT_THAT(outcome.said, HasSubstr(part));
+}
+
+TEST_F(Characterise, ReportsTheFieldInNumbers) {
+  ASSERT_EQ(run(rig_, {"--out", out()}).code, kSuccess);
+  const auto r = report();
+  EXPECT_EQ(r["half_spaces"]["rectified"],
+            nlohmann::json::parse(R"({"no_limit":4,"near":5,"near_and_far":6,"corners":8})"));
+  EXPECT_EQ(r["field"]["rows"].size(), 6U);
+  EXPECT_EQ(r["field"]["corners_m"].size(), 8U);
+  EXPECT_TRUE(r["pixel_pairs"]["verified"]);
+  EXPECT_LT(r["pixel_pairs"]["minimal_half_spaces"], r["pixel_pairs"]["hull_facets"]);
+  // What is measured is what the formula says, within what 2000 draws tell.
+  for (const auto& s : r["resolution"]) {
+    EXPECT_NEAR(s["measured_mm"].get<double>() / s["on_axis_mm"].get<double>(), 1, 0.05);
+    EXPECT_GE(s["worst_mm"], s["on_axis_mm"]);
+  }
+  double farthest = 0;
+  for (const auto& f : r["fields_for_a_resolution"]) {
+    EXPECT_GT(f["farthest_m"], farthest);
+    farthest = f["farthest_m"];
+  }
+  for (const auto& tour : r["viewpoints"])
+    EXPECT_LE(tour["gaze_covered"]["at_1_m"], tour["gaze_covered"]["far"]);
+}
+
+TEST_F(Characterise, WritesWhatItNames) {
+  ASSERT_EQ(run(rig_, {"--out", out(), "--resolution", "0.01"}).code, kSuccess);
+  const auto files = report()["files"];
+  EXPECT_THAT(files,
+              testing::IsSupersetOf({"field.ply", "field.obj", "field_10mm.ply", "points.ply", "field.png",
+                                     "sections.png", "resolution.png", "angles.png", "viewpoints.png"}));
+  for (const std::string file : files) {
+    EXPECT_TRUE(fs::exists(folder_ / "out" / file)) << file;
+    if (!file.ends_with(".png")) continue;
+    EXPECT_FALSE(cv::imread((folder_ / "out" / file).string()).empty()) << file;
+  }
+}
+
+TEST_F(Characterise, WritesTheSameBytesTwice) {
+  const auto bytes = [&] {
+    EXPECT_EQ(run(rig_, {"--out", out()}).code, kSuccess);
+    std::string all;
+    for (const std::string file : report()["files"]) all += read_text(folder_ / "out" / file);
+    return all + read_text(folder_ / "out/report.json");
+  };
+  EXPECT_EQ(bytes(), bytes());
+}
+
+TEST_F(Characterise, ShowsTheSurfaceOfAPair) {
+  cv::Mat1b noise(480, 340);
+  cv::theRNG().state = 3;
+  cv::randu(noise, 0, 255);
+  write_png(noise, folder_ / "left.png");
+  write_png(noise, folder_ / "right.png");
+  const std::string left = (folder_ / "left.png").string(), right = (folder_ / "right.png").string();
+  const Outcome outcome = run(rig_, {"--out", out(), "--pair", left, right});
+  ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
+  EXPECT_TRUE(fs::exists(folder_ / "out/surface.png"));
+  write_png(noise(cv::Rect(0, 0, 100, 100)).clone(), folder_ / "left.png");
+  const Outcome small = run(rig_, {"--out", out(), "--pair", left, right});
+  EXPECT_EQ(small.code, kBadInput);
+  EXPECT_THAT(small.error, HasSubstr("left.png"));
+}
+
+TEST_F(Characterise, SaysWhatIsWrong) {
+  EXPECT_THAT(run(folder_ / "none.yaml").error, HasSubstr("none.yaml"));
+  EXPECT_EQ(run(rig_, {"--resolution", "-1"}).code, kBadInput);
+  EXPECT_EQ(run(rig_, {"--pair", "one.png"}).code, kBadInput);
+  const Outcome missing = run(rig_, {"--out", out(), "--pair", "one.png", "two.png"});
+  EXPECT_EQ(missing.code, kBadInput);
+  EXPECT_THAT(missing.error, HasSubstr("one.png"));
+  // A pair shows its surface only in a picture.
+  EXPECT_THAT(run(rig_, {"--pair", "one.png", "two.png"}).error, HasSubstr("--out"));
+}
+
+TEST(MeshFiles, HoldAClosedSurface) {
+  const TemporaryFolder folder;
+  const vision::TriangleMesh cube = vision::hull_mesh(
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}});
+  write_mesh(cube, "cube", folder / "cube.obj");
+  write_mesh(cube, "cube", folder / "cube.ply");
+  std::istringstream obj(read_text(folder / "cube.obj"));
+  std::map<std::pair<int, int>, int> half_edges;
+  int corners = 0, triangles = 0;
+  for (std::string line; std::getline(obj, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    corners += kind == "v";
+    if (kind != "f") continue;
+    int a = 0, b = 0, c = 0;
+    ASSERT_TRUE(words >> a >> b >> c);
+    ++triangles;
+    for (const auto& edge : {std::pair{a, b}, {b, c}, {c, a}}) ++half_edges[edge];
+  }
+  EXPECT_EQ(corners - static_cast<int>(half_edges.size()) / 2 + triangles, 2);
+  for (const auto& [edge, count] : half_edges) EXPECT_EQ(half_edges.count({edge.second, edge.first}), 1U);
+  EXPECT_THAT(read_text(folder / "cube.ply"), HasSubstr("element vertex 8\n"));
+  EXPECT_THAT(read_text(folder / "cube.ply"), HasSubstr("element face 12\n"));
+}
+
+}  // namespace
+}  // namespace headway::app
