@@ -10,7 +10,8 @@
 #include "app/commands.h"
 #include "app/drawing.h"
 #include "app/mesh_files.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/source_dir/source_dir.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const fs::path kConfig = fs::path(HEADWAY_SOURCE_DIR) / "config";
+const fs::path kConfig = source_dir() / "config";
 
 struct Outcome {
   int code = 0;

@@ -1,11 +1,10 @@
-#include "app/robot_file.h"
-
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "app/robot_file.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 #include "vision/rectify.h"

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/source_dir/source_dir.h"
 #include "vision/hull.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
@@ -15,7 +16,7 @@ namespace {
 TEST(Characterise, AgreesWithItselfOnEachOfOurRigs) {
   for (const char* file :
        {"hrp2/rigs/bottom.yaml", "hrp2/rigs/bottom_640.yaml", "rigs/middlebury_motorcycle.yaml"}) {
-    const StereoRig rig = read_rig(std::filesystem::path(HEADWAY_SOURCE_DIR) / "config" / file);
+    const StereoRig rig = read_rig(source_dir() / "config" / file);
     const Rectifier rectifier(rig);
     const Characteristics c =
         characterise(rig, rectifier.rig(), rectifier.rectified_from_left(), {0.02, 0.05, 1});

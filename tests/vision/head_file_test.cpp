@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
 
@@ -17,7 +18,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
-const std::filesystem::path kConfig = std::filesystem::path(HEADWAY_SOURCE_DIR) / "config/hrp2";
+const std::filesystem::path kConfig = source_dir() / "config/hrp2";
 
 const HeadRig& rig_named(const CameraHead& head, const std::string& name) {
   for (const HeadRig& rig : head.rigs)

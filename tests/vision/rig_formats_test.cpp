@@ -14,6 +14,7 @@
 
 #include "random_rig.h"
 #include "same_rig.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
 
@@ -166,7 +167,7 @@ RC_GTEST_PROP(OpenCvRig, IsReadAsOpenCvWroteIt, ()) {
 }
 
 TEST(OpenCvRig, AsksForTheSizeThatTheSampleLeavesOut) {
-  const StereoRig rig = read_rig(fs::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs/bottom.yaml");
+  const StereoRig rig = read_rig(source_dir() / "config/hrp2/rigs/bottom.yaml");
   const fs::path folder = scratch("opencv_sample");
   fs::create_directories(folder);
   write_opencv(rig, folder / "intrinsics.yml", folder / "extrinsics.yml", false);
@@ -177,7 +178,7 @@ TEST(OpenCvRig, AsksForTheSizeThatTheSampleLeavesOut) {
 }
 
 TEST(OpenCvRig, SaysThatABaselineIsInSquares) {
-  StereoRig rig = read_rig(fs::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs/bottom.yaml");
+  StereoRig rig = read_rig(source_dir() / "config/hrp2/rigs/bottom.yaml");
   rig.right_from_left.translation() *= 3.33 / 0.144;
   write_opencv(rig, scratch("in_squares.yml"), scratch("in_squares.yml"), true);
   EXPECT_THAT(message_of(scratch("in_squares.yml")),
@@ -290,7 +291,7 @@ RC_GTEST_PROP(AnyRigFile, NeverDoesWorseThanAnInputErrorThatNamesIt, ()) {
   if (chosen == "ros") text = camera_info("right", -54);
   if (chosen == "euroc") text = sensor(-0.05);
   if (chosen == "opencv") {
-    static const StereoRig rig = read_rig(fs::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs/bottom.yaml");
+    static const StereoRig rig = read_rig(source_dir() / "config/hrp2/rigs/bottom.yaml");
     write_opencv(rig, scratch("m.yml"), scratch("m.yml"), true);
     std::ifstream in(scratch("m.yml"));
     text.assign(std::istreambuf_iterator<char>(in), {});

@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "scene.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/cv_image.h"
 #include "vision/image_files.h"
 #include "vision/rectify.h"
@@ -23,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const fs::path kConfig = fs::path(HEADWAY_SOURCE_DIR) / "config";
+const fs::path kConfig = source_dir() / "config";
 const fs::path kExamples = "/usr/share/doc/opencv-doc/examples/data";
 
 struct Scene {
