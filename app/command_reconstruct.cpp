@@ -232,7 +232,12 @@ void add_reconstruct(CLI::App& app, Run& run) {
   command->add_option("--out", options->out, "Folder for what is written; made if need be")
       ->required()
       ->type_name("DIR");
-  CLI::Option* rig = command->add_option("--rig", options->rig, "Rig file (YAML)")->type_name("FILE");
+  CLI::Option* rig =
+      command
+          ->add_option(
+              "--rig", options->rig,
+              "Rig: our YAML, Kalibr's camchain, OpenCV's yml; left.yaml,right.yaml of ROS; or a folder")
+          ->type_name("FILE");
   const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit) {
     return command->add_option(name, value, help)
         ->check(finite_in(-1e6, 1e6))

@@ -90,6 +90,9 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
 }
 
 sim::Lens lens(const vision::CameraIntrinsics& c) {
+  if (c.lens != vision::LensModel::kRadialTangential)
+    throw InputError(
+        "rig: the simulated cameras have radial-tangential lenses, expected a rig with such ones");
   return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
 }
 

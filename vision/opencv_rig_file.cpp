@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <array>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -22,8 +22,9 @@ std::string name_in(const Section& section, std::initializer_list<std::string> n
 int extent(const Section& section, const std::string& key, int fallback) {
   if (fallback > 0 && !section.has(key)) return fallback;
   if (!section.has(key))
-    section.fail("", fmt::format("does not say how large the images are (OpenCV's sample leaves it out); add "
-                                 "image_width and image_height [px]"));
+    section.fail("",
+                 "does not say how large the images are (OpenCV's sample leaves it out); add image_width and "
+                 "image_height [px]");
   return section.integer(key, {16, 16384, "px"});
 }
 
@@ -76,9 +77,9 @@ StereoRig rig_from_opencv(const Section& intrinsics, const Section& extrinsics, 
   rig.nearest = defaults.nearest, rig.farthest = defaults.farthest;
   if (const auto fault = fault_of(rig)) {
     const Keys& keys = fault->key.starts_with("right.") ? right : left;
-    require_usable_at({intrinsics, intrinsics, extrinsics, "image_width", keys.matrix, keys.matrix,
-                       keys.distortion, fault->what.find("apart, expected") != std::string::npos ? "T" : "R"},
-                      rig);
+    require_usable_at(
+        {intrinsics, intrinsics, extrinsics, "image_width", keys.matrix, keys.matrix, keys.distortion, "T"},
+        rig);
   }
   return rig;
 }

@@ -149,7 +149,7 @@ bool fine_place(const cv::Mat& left, const cv::Mat& right, int reach, PieceMatch
 
 PieceSearch search_pieces(const hal::GrayImage& left, const hal::GrayImage& right, const RectifiedRig& rig,
                           int rows) {
-  const int factor = std::max(1, static_cast<int>(std::lround(left.width / 180.0)));
+  const int factor = std::max(1, static_cast<int>(std::lround(std::min(left.width, left.height) / 120.0)));
   cv::Mat small_left = reduced(as_mat(left), factor), small_right = reduced(as_mat(right), factor);
   const auto pieces = corners(small_left);
   constexpr double kCells = kCellsAcross * kCellsDown;

@@ -23,8 +23,8 @@ struct PieceSearch {
 
 /// Takes at most one piece of each cell of the left image: its strongest corner, so that rows and columns are
 /// told apart. Looks for it up to `rows` px above and below, from the nearest distance of the rig to as far
-/// behind infinity, in images about 180 px wide; then closely around the best place at full size. Keeps what
-/// is alike (normalised correlation) and like nothing else.
+/// behind infinity, in images whose shorter side has about 120 px; then closely around the best place at full
+/// size. Keeps what is alike (normalised correlation) and like nothing else.
 PieceSearch search_pieces(const hal::GrayImage& left, const hal::GrayImage& right, const RectifiedRig& rig,
                           int rows = 16);
 

@@ -1,5 +1,6 @@
 #include "vision/rig_files.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>

@@ -132,7 +132,8 @@ class Judge {
   }
 
   void together(const PairSight& pair) {
-    if (pair.looked_for >= c_.least_pieces && pair.found < c_.found_warning * pair.looked_for)
+    const bool covered = report_.has(SightFault::kCovered);  // which explains what is not found
+    if (!covered && pair.looked_for >= c_.least_pieces && pair.found < c_.found_warning * pair.looked_for)
       find(SightFault::kDifferent,
            pair.found < c_.found_fault * pair.looked_for ? Severity::kFault : Severity::kWarning,
            fmt::format(

@@ -142,5 +142,11 @@ TEST(SimSession, NeedsAGoalOnTheFloor) {
   EXPECT_THROW(SimSession(hrp2(), empty_room(), aimless), InputError);
 }
 
+TEST(SimSession, RendersOnlyLensesThatItKnows) {
+  Robot fisheye = hrp2();
+  fisheye.rig.right.lens = vision::LensModel::kEquidistant;
+  EXPECT_THROW(SimSession(fisheye, empty_room(), SimOptions{}), InputError);
+}
+
 }  // namespace
 }  // namespace headway::app
