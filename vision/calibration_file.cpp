@@ -46,21 +46,23 @@ std::vector<double> matrix_of(const Section& section, std::string_view key, int 
   const double r = rows, c = columns;
   m.integer("rows", {r, r});
   m.integer("cols", {c, c});
-  return m.numbers("data", static_cast<std::size_t>(rows * columns), {-kLargest, kLargest});
+  return m.numbers("data", static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns),
+                   {-kLargest, kLargest});
 }
 
 std::vector<double> vector_of(const Section& section, std::string_view key, std::size_t most) {
   const Section v = section.section(key);
-  const auto data = v.numbers_between("data", 0, most, {-kLargest, kLargest});
+  auto data = v.numbers_between("data", 0, most, {-kLargest, kLargest});
   const int rows = v.integer("rows", {0, 16}), columns = v.integer("cols", {0, 16});
-  if (std::min(rows, columns) > 1 || static_cast<std::size_t>(rows * columns) != data.size())
+  if (std::min(rows, columns) > 1 ||
+      static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns) != data.size())
     v.fail("data", fmt::format("holds {} numbers for {} x {}, expected one row or one column", data.size(),
                                rows, columns));
   return data;
 }
 
 Eigen::Matrix3d rotation_from(const std::vector<double>& m, const Section& section, std::string_view key) {
-  const Eigen::Matrix3d r = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.data());
+  Eigen::Matrix3d r = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.data());
   if (!((r * r.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-3) || r.determinant() < 0)
     section.fail(key, "is not a rotation, expected rows of length 1, at right angles, right-handed");
   if (r == Eigen::Matrix3d::Identity()) return r;

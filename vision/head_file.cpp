@@ -47,6 +47,7 @@ std::size_t index_of(const std::vector<HeadCamera>& cameras, const Section& rig,
   const auto found = std::find_if(cameras.begin(), cameras.end(), named);
   if (found == cameras.end()) {
     std::vector<std::string> names;
+    names.reserve(cameras.size());
     for (const HeadCamera& c : cameras) names.push_back(c.name);
     rig.fail(key, fmt::format("'{}', expected one of the cameras: {}", name, fmt::join(names, ", ")));
   }
