@@ -1,7 +1,7 @@
 // headway characterise: what a rig can see, and how precisely, before it has seen anything.
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -17,6 +17,7 @@
 #include "app/surface_picture.h"
 #include "hal/error.h"
 #include "vision/characterise.h"
+#include "vision/head_file.h"
 #include "vision/image_files.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
@@ -66,9 +67,10 @@ struct CoveredTour {
 
 class Characterisation {
  public:
-  explicit Characterisation(const CharacteriseOptions& options)
-      : options_(options), raw_(vision::read_rig(options.rig)), robot_(read_robot(options.robot)) {
+  Characterisation(const CharacteriseOptions& options, const vision::StereoRig& rig)
+      : options_(options), raw_(rig), robot_(read_robot(options.robot)) {
     const vision::Rectifier rectifier(raw_);
+    left_from_rectified_ = rectifier.rectified_from_left().inverse();
     rig_ = vision::characterise(raw_, rectifier.rig(), rectifier.rectified_from_left(), options.resolutions);
     endless_ =
         vision::moved(vision::rig_polytope(rig_.rectified, {}), rectifier.rectified_from_left().inverse());
@@ -84,6 +86,15 @@ class Characterisation {
     say();
     if (options_.out) write_json(*options_.out / "report.json", report());
     return kSuccess;
+  }
+
+  /// The field and the cameras in another frame, to be shown with those of other rigs.
+  NamedField placed(const Eigen::Isometry3d& to_from_left) const {
+    const std::string name = fmt::format("{}: {:.3f} m apart, {:g} to {:g} m", raw_.name, raw_.baseline(),
+                                         raw_.nearest, raw_.farthest);
+    return {name,
+            vision::moved(rig_.field, to_from_left * left_from_rectified_),
+            {to_from_left.translation(), (to_from_left * raw_.right_from_left.inverse()).translation()}};
   }
 
  private:
@@ -306,10 +317,45 @@ class Characterisation {
   vision::StereoRig raw_;
   Robot robot_;
   vision::Characteristics rig_;
+  Eigen::Isometry3d left_from_rectified_;
   vision::Polytope endless_;  // without depth limits, in the raw left camera's frame
   std::vector<CoveredTour> tours_;
   std::vector<std::string> files_;
 };
+
+/// Whether the file describes a head with several rigs (config/hrp2/head.yaml) and not one rig.
+bool describes_a_head(const fs::path& file) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("rigs:")) return true;
+  return false;
+}
+
+/// Each rig in a folder of its own, and all of them together in one picture.
+int characterise_head(const CharacteriseOptions& options) {
+  const vision::CameraHead head = vision::read_head(options.rig);
+  if (!options.pair.empty())
+    throw InputError(options.rig.string() + ": describes several rigs, expected one for --pair");
+  if (options.out) make_folder(*options.out);
+  std::vector<NamedField> fields;
+  for (const vision::HeadRig& rig : head.rigs) {
+    CharacteriseOptions one = options;
+    if (one.out) *one.out /= rig.rig.name;
+    Characterisation characterisation(one, rig.rig);
+    characterisation.run();
+    fields.push_back(characterisation.placed(rig.head_from_left));
+    fmt::print("\n");
+  }
+  if (!options.out) return kSuccess;
+  write_png(fields_picture(fields), *options.out / "head.png");
+  fmt::print("{}: head.png, the fields of {} rigs together\n", options.out->string(), fields.size());
+  return kSuccess;
+}
+
+int characterise(const CharacteriseOptions& options) {
+  if (describes_a_head(options.rig)) return characterise_head(options);
+  return Characterisation(options, vision::read_rig(options.rig)).run();
+}
 
 }  // namespace
 
@@ -322,8 +368,11 @@ void add_characterise(CLI::App& app, Run& run) {
       "of\n"
       "each resolution) as PLY and OBJ meshes, points.ply, and field.png, sections.png, resolution.png,\n"
       "angles.png, viewpoints.png; with --pair also surface.png, the pair's surface and its uncertainty.\n"
-      "  headway characterise config/hrp2/rigs/bottom.yaml --out build/rig");
-  command->add_option("rig", options->rig, "Rig file")->required()->type_name("RIG");
+      "  headway characterise config/hrp2/rigs/bottom.yaml --out build/rig\n"
+      "A head with several rigs gets a folder for each, and head.png with their fields together.");
+  command->add_option("rig", options->rig, "Rig, or a head with several (config/hrp2/head.yaml)")
+      ->required()
+      ->type_name("RIG");
   command->add_option("--out", options->out, "Folder for what is written; made if need be")->type_name("DIR");
   command
       ->add_option("--resolution", options->resolutions,
@@ -338,7 +387,7 @@ void add_characterise(CLI::App& app, Run& run) {
       ->type_name("FILE")
       ->capture_default_str();
   command->get_option("--pair")->needs("--out");
-  command->callback([options, &run] { run = [options] { return Characterisation(*options).run(); }; });
+  command->callback([options, &run] { run = [options] { return characterise(*options); }; });
 }
 
 }  // namespace headway::app

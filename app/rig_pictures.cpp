@@ -329,6 +329,34 @@ cv::Mat angles_plot(const vision::RectifiedRig& rig) {
   return plot.finished();
 }
 
+cv::Mat fields_picture(const std::vector<NamedField>& fields) {
+  constexpr int kWidth = 860, kHeight = 560;
+  Eigen::AlignedBox3d box(Vector3d::Zero());
+  std::vector<Vector3d> all;
+  for (const NamedField& f : fields)
+    for (const Vector3d& corner : f.field.corners) box.extend(corner), all.push_back(corner);
+  const Ground ground(box);
+  for (const Vector3d& corner : ground.corners()) all.push_back(corner);
+  ScenePicture scene(framing(all, -0.38 * std::numbers::pi, 0.2, kWidth, kHeight), kWidth, kHeight);
+  ground.draw(scene);
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const vision::Polytope& field = fields[i].field;
+    // Light colours are hard to see as lines: the dark ones come first.
+    const Colour colour = std::array{colours::kBlue,   colours::kVermilion, colours::kGreen,
+                                     colours::kPurple, colours::kOrange,    colours::kSkyBlue}
+                              .at(i % 6);
+    for (const auto& [a, b] : vision::edges(field))
+      scene.line(field.corners[a], field.corners[b], colour, 2, 0.6);
+    for (const Vector3d& camera : fields[i].cameras) scene.dot(camera, 2.5, colour);
+    keys.push_back({colour, fields[i].name, Key::Shape::kLine});
+  }
+  cv::Mat image = scene.finished();
+  ground.label(scene, image);
+  draw_keys(image, {14, 10}, keys, colours::kInk);
+  return image;
+}
+
 cv::Mat tours_picture(const vision::Polytope& field, const hal::HeadKinematics& neck,
                       const hal::HeadLimits& limits, const std::vector<Tour>& tours) {
   std::vector<Captioned> plots;

@@ -2,6 +2,7 @@
 // give, sections coloured by resolution, plots over depth, and what a tour of the head covers. All CV_8UC3.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -27,6 +28,15 @@ cv::Mat resolution_plot(const vision::Characteristics& rig);
 
 /// Opening angles of the common view over depth, beside the paper's 33 x 33 deg.
 cv::Mat angles_plot(const vision::RectifiedRig& rig);
+
+/// The field of one of several rigs.
+struct NamedField {
+  std::string name;
+  vision::Polytope field;
+  std::vector<Eigen::Vector3d> cameras;  ///< where its cameras are
+};
+/// Fields of several rigs on one head together; everything in the head's frame (x forward, y left, z up) [m].
+cv::Mat fields_picture(const std::vector<NamedField>& fields);
 
 /// A head that looks in some directions, and how that is named below the picture.
 struct Tour {

@@ -129,7 +129,7 @@ Lookout beside_the_camera(const vision::RangeView& view) {
 }  // namespace
 
 cv::Mat surface_picture(const vision::RangeView& view, const hal::GrayImage& left) {
-  constexpr int kWidth = 620, kHeight = 500;
+  constexpr int kWidth = 520, kHeight = 430;
   const Lookout from = beside_the_camera(view);
   ScenePicture plain(from, kWidth, kHeight);
   draw_surface(plain, view, left);

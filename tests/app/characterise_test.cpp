@@ -118,6 +118,14 @@ TEST_F(Characterise, ShowsTheSurfaceOfAPair) {
   EXPECT_THAT(small.error, HasSubstr("left.png"));
 }
 
+TEST_F(Characterise, ShowsTheRigsOfAHeadTogether) {
+  const Outcome outcome = run(kConfig / "hrp2/head.yaml", {"--out", out()});
+  ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
+  EXPECT_TRUE(fs::exists(folder_ / "out/head.png"));
+  for (const char* rig : {"bottom", "top"})
+    EXPECT_TRUE(fs::exists(folder_ / "out" / rig / "report.json")) << rig;
+}
+
 TEST_F(Characterise, SaysWhatIsWrong) {
   EXPECT_THAT(run(folder_ / "none.yaml").error, HasSubstr("none.yaml"));
   EXPECT_EQ(run(rig_, {"--resolution", "-1"}).code, kBadInput);
