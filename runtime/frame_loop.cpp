@@ -63,11 +63,13 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Time seen = stopwatch_.now();
   const Eigen::Isometry3d map_from_view =
       pose.map_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
-  const auto integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
+  std::string blind = eyes_.fault();
+  nav::IntegrationStats integration;
+  if (blind.empty())
+    integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
   const Time mapped = stopwatch_.now();
   mapper_.project();
   const Time projected = stopwatch_.now();
-  std::string blind = eyes_.fault();
   if (blind.empty() && integration.samples == 0) blind = "no point of the picture could be measured";
   if (blind.empty())
     last_look_ = waiting_->exposure;

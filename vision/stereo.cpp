@@ -40,6 +40,7 @@ void StereoVision::judge_sight(const hal::StereoFrame& raw) {
   if (sight_interval_ <= 0 || pairs_until_sight_-- > 0) return;
   pairs_until_sight_ = sight_interval_ - 1;
   sight_ = check_sight(rectifier_, raw, left_, right_, sight_config_);
+  if (sight_.fault()) pairs_until_sight_ = 0;
 }
 
 bool StereoVision::usable(const hal::StereoFrame& frame) {

@@ -21,7 +21,9 @@ struct VisionConfig {
   VeilFilter veils;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
   SightConfig sight;
-  int sight_interval = 4;  ///< the cameras are judged in every so manieth pair, the first included; 0: never
+  /// The cameras are judged in every so manieth pair, the first included, and in every one while a fault
+  /// stands; 0: never.
+  int sight_interval = 4;
 };
 
 /// Rectifies, matches and triangulates. Everything is in the rectified left camera's optical frame; compose

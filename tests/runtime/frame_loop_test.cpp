@@ -20,7 +20,8 @@ hal::HeadKinematics neck() {
   return k;
 }
 
-/// A frame every 0.1 s, taken by the head as it is, covered or faulty on demand.
+/// A frame every 0.1 s, taken by the head as it is, covered or faulty on demand; a faulty one shows points
+/// too.
 class FakeEyes final : public Eyes {
  public:
   FakeEyes(const hal::Clock& clock, const FakeHead& head, const FakeWalker& walker)
@@ -34,7 +35,7 @@ class FakeEyes final : public Eyes {
     return FrameStamp{exposure_, sequence_++};
   }
   const vision::RangeView& see() override {
-    view_ = look({}, pose_, covered || !fault_.empty());
+    view_ = look({}, pose_, covered);
     return view_;
   }
   Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
@@ -128,6 +129,21 @@ TEST(FrameLoop, ComesToRestSoonWhenTheEyesReportAFault) {
   EXPECT_NE(robot.mission.reason().find("nothing has been seen for 10 s: the images have no pixels"),
             std::string::npos)
       << robot.mission.reason();
+}
+
+TEST(FrameLoop, KeepsWhatAFaultyPairShowsOutOfTheMap) {
+  Robot robot;
+  robot.eyes.break_down("the left camera is covered");
+  robot.run(1);
+  ASSERT_GE(robot.frames.counters().frames, 9U);
+  const nav::VoxelMap& map = robot.mapper.voxels();
+  std::size_t seen = 0;
+  for (std::size_t b = 0; b < map.brick_count(); ++b) seen += map.summary(b).changed != nav::kNever;
+  EXPECT_EQ(seen, 0U);
+  robot.eyes.break_down("");
+  robot.run(1);
+  for (std::size_t b = 0; b < map.brick_count(); ++b) seen += map.summary(b).changed != nav::kNever;
+  EXPECT_GT(seen, 0U);
 }
 
 TEST(FrameLoop, WalksOnWhenItSeesAgain) {

@@ -99,9 +99,10 @@ TEST(StereoVision, SeesNoPointsInTheDark) {
   EXPECT_EQ(vision.fault(), "");
 }
 
-TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCovered) {
+TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCoveredAndAtOnceThatItIsNotAnyMore) {
   StereoVision vision(bottom());
-  hal::StereoFrame frame = test::plane_seen_by(bottom(), Vector3d::UnitZ(), 2);
+  const hal::StereoFrame healthy = test::plane_seen_by(bottom(), Vector3d::UnitZ(), 2);
+  hal::StereoFrame frame = healthy;
   vision.see(frame);
   EXPECT_GT(vision.sight().pair.found, 100);
   EXPECT_TRUE(vision.sight().findings.empty());
@@ -109,6 +110,8 @@ TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCovered) {
   for (int i = 0; i < 4; ++i) vision.see(frame);
   ASSERT_NE(vision.sight().fault(), nullptr);
   EXPECT_TRUE(vision.sight().has(SightFault::kCovered));
+  vision.see(healthy);
+  EXPECT_EQ(vision.sight().fault(), nullptr);
 }
 
 TEST(StereoVision, NoticesARigThatWasBent) {
