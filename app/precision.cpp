@@ -51,10 +51,14 @@ void PrecisionCheck::judge(Time exposure, const vision::RangeView& view) {
       const double truth = static_cast<double>(found->depth[i]);
       if (!std::isfinite(z) || !std::isfinite(truth) || z > view.far) continue;
       const double error = std::abs(z - truth);
+      const double weight = view.weight.empty() ? 1 : static_cast<double>(view.weight[view.index(u, v)]);
+      const bool within = error <= 3 * static_cast<double>(view.sigma_depth[view.index(u, v)]);
       ++result_.points;
-      if (error <= 3 * static_cast<double>(view.sigma_depth[view.index(u, v)]))
+      result_.weight += weight;
+      if (within) {
         ++result_.within_3_sigma;
-      else if (found->edge[i])
+        result_.weight_within += weight;
+      } else if (found->edge[i])
         ++result_.at_edges;
       if (error > kGross * truth) ++result_.gross;
     }

@@ -18,11 +18,11 @@ class PrecisionCheck {
   struct Result {
     std::uint64_t points = 0;  ///< measured, with a truth
     std::uint64_t within_3_sigma = 0;
-    std::uint64_t gross = 0;     ///< off by more than 10 % of the depth
-    std::uint64_t at_edges = 0;  ///< of those outside 3 sigma: depth jumps beside the pixel
-    double share() const {
-      return points ? static_cast<double>(within_3_sigma) / static_cast<double>(points) : 0;
-    }
+    double weight = 0, weight_within = 0;  ///< the same two, each point counted with its inlier weight
+    std::uint64_t gross = 0;               ///< off by more than 10 % of the depth
+    std::uint64_t at_edges = 0;            ///< of those outside 3 sigma: depth jumps beside the pixel
+    /// Of the points within 3 sigma of the truth, each counted with its inlier weight.
+    double share() const { return weight > 0 ? weight_within / weight : 0; }
   };
 
   /// Keeps the truth of an exposure; `map_from_view` is the true pose of the rectified left camera.

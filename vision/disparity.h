@@ -13,8 +13,11 @@ struct DisparityImage {
 
   int width = 0, height = 0;
   std::vector<float> values;  ///< u_left - u_right [px]
-  std::vector<float>
-      sigma;  ///< standard deviation [px], same layout; empty as long as nobody has estimated it
+  // Same layout; each is empty as long as nobody has estimated it, and NaN where there is no match.
+  std::vector<float> ambiguity;  ///< cost of the match over that of its best rival, and more where other
+                                 ///< things speak against it: 0 clear, 1 as good as lost
+  std::vector<float> sigma;      ///< standard deviation [px] of a match with the right thing
+  std::vector<float> weight;     ///< probability, 0..1, that it is one with the right thing
 
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
@@ -22,7 +25,7 @@ struct DisparityImage {
   void resize(int w, int h) {
     width = w, height = h;
     values.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), kNone);
-    sigma.clear();
+    ambiguity.clear(), sigma.clear(), weight.clear();
   }
 };
 

@@ -14,7 +14,12 @@ constexpr int kReach = 2;  // [px]
 
 void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
   const int width = disparity.width, height = disparity.height;
-  const auto base2 = static_cast<float>(model.base * model.base), jump = static_cast<float>(model.jump);
+  const auto base = static_cast<float>(model.base), jump = static_cast<float>(model.jump);
+  const auto clear = static_cast<float>(model.clear), ambiguous = static_cast<float>(model.ambiguous);
+  const auto base_at = [&](std::size_t i) {
+    if (disparity.ambiguity.empty()) return base;
+    return base * (clear + ambiguous * disparity.ambiguity[i] * disparity.ambiguity[i]);
+  };
   disparity.sigma.assign(disparity.values.size(), DisparityImage::kNone);
   for (int v = 0; v < height; ++v) {
     const std::array<int, 3> rows{std::max(0, v - kReach), v, std::min(height - 1, v + kReach)};
@@ -31,7 +36,8 @@ void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
           highest = std::max(highest, step);
         }
       const float spread = highest - lowest;
-      disparity.sigma[disparity.index(u, v)] = std::sqrt(base2 + spread * spread / 12);
+      const float own = base_at(disparity.index(u, v));
+      disparity.sigma[disparity.index(u, v)] = std::sqrt(own * own + spread * spread / 12);
     }
   }
 }

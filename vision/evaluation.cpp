@@ -56,9 +56,10 @@ bool near_edge(const DisparityImage& truth, int u, int v) {
 // Running sums over the pixels.
 struct Counts {
   std::size_t all = 0, known = 0, matched = 0, off_1 = 0, gross = 0;
-  std::size_t covered = 0, inliers_covered = 0, hidden = 0, at_edge = 0, elsewhere = 0;
+  std::size_t inliers_covered = 0, hidden = 0, at_edge = 0, elsewhere = 0;
   double squares = 0, z_squares = 0;
-  std::vector<float> sigmas;
+  double weight = 0, covered_weight = 0;
+  std::vector<float> sigmas, right_ambiguity, wrong_ambiguity;
 
   void add_error(float error) {
     ++matched;
@@ -67,10 +68,11 @@ struct Counts {
     if (error <= kGross) squares += static_cast<double>(error * error);
   }
   // True when the point lies within 3 sigma.
-  bool add_sigma(float error, float sigma) {
+  bool add_sigma(float error, float sigma, double share_of_one) {
     sigmas.push_back(sigma);
     const bool inside = error <= 3 * sigma;
-    covered += inside;
+    weight += share_of_one;
+    if (inside) covered_weight += share_of_one;
     if (error > kGross) return inside;
     inliers_covered += inside;
     z_squares += static_cast<double>(error * error / (sigma * sigma));
@@ -83,6 +85,18 @@ double percentile(std::vector<float>& values, double p) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return static_cast<double>(*place);
+}
+
+/// How often one of `wrong` is above one of `right`; ties count half.
+double auc(std::vector<float>& right, std::vector<float>& wrong) {
+  if (right.empty() || wrong.empty()) return 0;
+  std::sort(right.begin(), right.end());
+  double above = 0;
+  for (const float a : wrong) {
+    const auto [first, last] = std::equal_range(right.begin(), right.end(), a);
+    above += static_cast<double>(first - right.begin()) + 0.5 * static_cast<double>(last - first);
+  }
+  return above / (static_cast<double>(right.size()) * static_cast<double>(wrong.size()));
 }
 
 double rms(double squares, std::size_t count) {
@@ -98,8 +112,10 @@ MatchQuality summary(Counts& n) {
   q.inlier_rms = rms(n.squares, inliers);
   q.outside_hidden = share(n.hidden, outside), q.outside_at_edge = share(n.at_edge, outside);
   q.outside_elsewhere = share(n.elsewhere, outside);
+  q.ambiguity_auc = auc(n.right_ambiguity, n.wrong_ambiguity);
   if (n.sigmas.empty()) return q;
-  q.coverage_3_sigma = share(n.covered, n.matched), q.inlier_coverage = share(n.inliers_covered, inliers);
+  q.coverage_3_sigma = n.weight > 0 ? n.covered_weight / n.weight : 0;
+  q.inlier_coverage = share(n.inliers_covered, inliers);
   q.inlier_z_rms = rms(n.z_squares, inliers);
   q.sigma_p10 = percentile(n.sigmas, 0.1), q.sigma_median = percentile(n.sigmas, 0.5);
   q.sigma_p90 = percentile(n.sigmas, 0.9);
@@ -125,7 +141,10 @@ MatchQuality compare(const DisparityImage& found, const DisparityImage& truth) {
       if (std::isnan(found.values[i])) continue;
       const float error = std::abs(found.values[i] - d);
       n.add_error(error);
-      if (found.sigma.empty() || n.add_sigma(error, found.sigma[i])) continue;
+      if (!found.ambiguity.empty())
+        (error > kGross ? n.wrong_ambiguity : n.right_ambiguity).push_back(found.ambiguity[i]);
+      const double weight = found.weight.empty() ? 1 : static_cast<double>(found.weight[i]);
+      if (found.sigma.empty() || n.add_sigma(error, found.sigma[i], weight)) continue;
       if (hidden(truth, seen, u, d))
         ++n.hidden;
       else if (near_edge(truth, u, v))

@@ -83,7 +83,10 @@ hal::GrayImage read_gray(const fs::path& file) {
 
 DisparityImage read_disparity(const fs::path& file, double per_pixel) {
   const cv::Mat image = decode_16_bit(file);
-  return {image.cols, image.rows, scaled(image, per_pixel, [](std::uint16_t raw) { return raw == 0; }), {}};
+  DisparityImage out;
+  out.width = image.cols, out.height = image.rows;
+  out.values = scaled(image, per_pixel, [](std::uint16_t raw) { return raw == 0; });
+  return out;
 }
 
 hal::DepthFrame read_depth(const fs::path& file, double per_metre) {

@@ -11,8 +11,9 @@ namespace headway::vision {
 StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
     : rectifier_(rig, config.scale),
       sigma_(config.sigma),
+      weight_(config.weight),
       veils_(config.veils),
-      matcher_(std::make_unique<SgbmMatcher>(disparity_range(rectifier_.rig()), config.matcher)),
+      matcher_(make_matcher(disparity_range(rectifier_.rig()), config.matcher)),
       sight_config_(config.sight),
       sight_interval_(config.sight_interval) {
   sigma_.base = rectifier_.rig().disparity_sigma;
@@ -31,6 +32,7 @@ void StereoVision::find_disparities(const hal::StereoFrame& frame) try {
   judge_sight(frame);
   matcher_->match(left_, right_, disparity_);
   estimate_sigma(sigma_, disparity_);
+  estimate_weight(weight_, disparity_);
 } catch (const cv::Exception& e) {
   fault_ = fmt::format("the pair could not be matched: {}", e.err);
   disparity_.resize(camera().width, camera().height);

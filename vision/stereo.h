@@ -6,7 +6,8 @@
 
 #include "hal/frame.h"
 #include "vision/disparity_sigma.h"
-#include "vision/matcher.h"
+#include "vision/match_weight.h"
+#include "vision/matchers.h"
 #include "vision/range_view.h"
 #include "vision/rectify.h"
 #include "vision/rig.h"
@@ -17,9 +18,10 @@ namespace headway::vision {
 
 struct VisionConfig {
   double scale = 1;  ///< of the matched images: 0.5 is four times faster and half as precise
-  SgbmConfig matcher;
+  MatcherConfig matcher;
   VeilFilter veils;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
+  WeightModel weight;
   SightConfig sight;
   /// The cameras are judged in every so manieth pair, the first included, and in every one while a fault
   /// stands; 0: never.
@@ -58,6 +60,7 @@ class StereoVision {
 
   Rectifier rectifier_;
   SigmaModel sigma_;
+  WeightModel weight_;
   VeilFilter veils_;
   std::unique_ptr<Matcher> matcher_;
   hal::GrayImage left_, right_;

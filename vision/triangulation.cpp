@@ -21,6 +21,7 @@ void clear(RangeView& view, const PinholeCamera& camera, double near, double far
   view.near = near, view.far = far;
   view.depth.assign(size, kNone);
   view.sigma_depth.assign(size, kNone);
+  view.weight.clear();
 }
 
 double sigma_at(const StereoDepthSigma& s, double z) { return z * z / s.focal_baseline * s.disparity_sigma; }
@@ -52,6 +53,8 @@ Eigen::Matrix<double, 2, 3> jacobian(const ProjectionMatrix& p, const Vector3d& 
 void range_view(const DisparityImage& disparity, const RectifiedRig& rig, RangeView& view) {
   clear(view, rig.camera, rig.nearest, rig.farthest);
   if (disparity.values.size() != view.depth.size()) return;
+  const bool weighted = !disparity.weight.empty();
+  if (weighted) view.weight.assign(view.depth.size(), kNone);
   const auto focal_baseline = static_cast<float>(rig.camera.focal * rig.baseline);
   const auto offset = static_cast<float>(rig.disparity_offset), near = static_cast<float>(rig.nearest);
   for (std::size_t i = 0; i < view.depth.size(); ++i) {
@@ -63,6 +66,7 @@ void range_view(const DisparityImage& disparity, const RectifiedRig& rig, RangeV
     if (z < near) continue;
     view.depth[i] = z;
     view.sigma_depth[i] = z * sigma / d;
+    if (weighted) view.weight[i] = disparity.weight[i];
   }
 }
 

@@ -15,9 +15,10 @@ namespace headway::vision {
 /// Beyond this sigma_d / d the error of depth is no longer first order, and the point is not used.
 constexpr double kLargestRelativeSigma = 0.1;
 
-/// Z = f B / d, sigma_Z = Z sigma_d / d. Uses `disparity.sigma` where it is filled, else the rig's sigma.
-/// Points nearer than `near` or with sigma_d / d > 0.1 are dropped. Points farther than `far` are kept: their
-/// rays are empty up to `far`, which the map wants to know. `view` is overwritten; its memory is reused.
+/// Z = f B / d, sigma_Z = Z sigma_d / d. Uses `disparity.sigma` where it is filled, else the rig's sigma;
+/// hands `disparity.weight` on. Points nearer than `near` or with sigma_d / d > 0.1 are dropped. Points
+/// farther than `far` are kept: their rays are empty up to `far`, which the map wants to know. `view` is
+/// overwritten; its memory is reused.
 void range_view(const DisparityImage& disparity, const RectifiedRig& rig, RangeView& view);
 RangeView range_view(const DisparityImage& disparity, const RectifiedRig& rig);
 

@@ -39,8 +39,10 @@ void drop_veils(const DisparityImage& disparity, const VeilFilter& filter, Range
       if (std::isnan(disparity.values[disparity.index(u, v)])) continue;
       const Line row{&disparity.values[disparity.index(0, v)], disparity.width, 1};
       const Line column{&disparity.values[disparity.index(u, 0)], disparity.height, disparity.width};
-      if (steep(row, u, filter) || steep(column, v, filter))
-        view.depth[view.index(u, v)] = view.sigma_depth[view.index(u, v)] = DisparityImage::kNone;
+      if (!steep(row, u, filter) && !steep(column, v, filter)) continue;
+      const std::size_t i = view.index(u, v);
+      view.depth[i] = view.sigma_depth[i] = DisparityImage::kNone;
+      if (!view.weight.empty()) view.weight[i] = DisparityImage::kNone;
     }
 }
 

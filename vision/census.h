@@ -1,0 +1,39 @@
+// What a pixel looks like to the census matcher: how its grey value compares with its neighbours', and how
+// steep the image is there. Neither changes when one camera is brighter than the other.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hal/frame.h"
+
+namespace headway::vision {
+
+/// Four bytes per pixel, one plane each. Three hold 24 comparisons of the 5x5 window: the 12 pairs that lie
+/// opposite to each other about the centre (robust against noise), the 8 neighbours and the 4 corners with
+/// the centre (sharp at edges). The fourth is a quarter of the horizontal Sobel value, cut off at
+/// +-kSteepest, plus 128. Beyond the image's border its outermost pixels go on.
+class Census {
+ public:
+  static constexpr int kPlanes = 4, kBits = 24, kSteepest = 12, kLevel = 128;
+  static constexpr int kLargestDistance = kBits + kSteepest;  ///< of two pixels
+
+  /// Of `image`, or of its mirror image (x counted from the right). Before the first and after the last pixel
+  /// of each row `margin` bytes may be read; what they hold means nothing. Memory is kept between images of
+  /// one size.
+  void compute(const hal::GrayImage& image, bool mirrored, int margin);
+
+  /// The first pixel of a row of a plane.
+  const std::uint8_t* row(int plane, int y) const {
+    return planes_[static_cast<std::size_t>(plane)].data() + static_cast<std::size_t>(y) * pitch_ + margin_;
+  }
+
+ private:
+  std::size_t pitch_ = 0, margin_ = 0;
+  std::array<std::vector<std::uint8_t>, kPlanes> planes_;
+  std::vector<std::uint8_t> padded_;  // the image with a border of two pixels
+};
+
+}  // namespace headway::vision

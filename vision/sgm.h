@@ -1,0 +1,70 @@
+// Semi-global matching (Hirschmueller, PAMI 2008): for each pixel and disparity the cost of the cheapest way
+// there along straight paths over the image, where a change of disparity costs extra. The sum over the paths
+// names the winner.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "vision/census.h"
+#include "vision/sgm_rows.h"
+
+namespace headway::vision {
+
+/// L(p, d) = C(p, d) + min(L(q, d), L(q, d-1) + p1, L(q, d+1) + p1, min L(q) + p2) - min L(q),  q before p on
+/// the path.
+struct SgmPenalties {
+  int p1 = 16;  ///< for a change of disparity by one
+  /// For more: p2 * p2_edge / (p2_edge + g), at least p2_least, where g is the step of grey values between p
+  /// and q: depth jumps at edges.
+  int p2 = 90, p2_least = 40, p2_edge = 16;
+  int paths = 4;  ///< 4: from left, right, above, below; 3: not from below, in 60 % of the time
+};
+
+/// Which pixels are matched with which.
+struct SgmSearch {
+  int width = 0, height = 0;
+  int lowest = 0, count = 0;  ///< disparities lowest, lowest + 1, ..., lowest + count - 1; at most 256
+  int first_column = 0, end_column = 0;  ///< others are left out
+};
+
+/// Row-major, of the left image's size.
+struct SgmResult {
+  static constexpr std::int16_t kNone = -16;
+  static constexpr std::uint8_t kOutside = 255;
+  std::vector<std::int16_t> disparity;  ///< 1/16 px above `lowest`; kNone in columns that were left out
+  std::vector<std::uint8_t> least,
+      second;  ///< sum of the winner, and of the best not beside it; 255 is "or more"
+  /// How many pixels the winner of the partner in the right image is off; kOutside where that lies outside,
+  /// and where the left image shows nothing at all, so that the winner is only what the paths brought along.
+  std::vector<std::uint8_t> disagreement;
+};
+
+/// Matches pairs of one size after another. Memory is taken when the search changes, never between.
+class Sgm {
+ public:
+  static constexpr int kMostDisparities = 256, kLargestP2 = 90;
+
+  void match(const SgmSearch& search, const SgmPenalties& penalties, const hal::GrayImage& left,
+             const hal::GrayImage& right, SgmResult& result);
+
+ private:
+  void prepare(const SgmSearch& search, const SgmPenalties& penalties);
+  SgmRowInput input(const hal::GrayImage& left, int y, int before) const;
+  void finish_row(int y, SgmResult& result) const;
+  void sweep_down(const hal::GrayImage& left, SgmResult& result);
+  void sweep_both_ways(const hal::GrayImage& left, SgmResult& result);
+
+  SgmSearch search_;
+  SgmFacts facts_;
+  SgmKernels kernels_{};
+  Census left_, right_;
+  int block_rows_ = 0;
+  std::vector<std::uint8_t> memory_;
+  std::uint8_t *outside_ = nullptr, *down_ = nullptr, *up_ = nullptr, *saved_ = nullptr, *costs_ = nullptr,
+               *sums_ = nullptr;
+  SgmRowOutput row_{};
+};
+
+}  // namespace headway::vision
