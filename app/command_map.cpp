@@ -40,6 +40,7 @@ constexpr double kBelowFloor = 0.4, kAboveFloor = 3.6;  // the map's box [m]
 struct MapOptions {
   fs::path sequence, out;
   std::string rig;
+  std::string matcher = "census";
   double resolution = 0.05;
   std::optional<double> near, far;
 };
@@ -129,10 +130,18 @@ std::size_t points_within(const vision::RangeView& view, double near, double far
   }));
 }
 
+vision::VisionConfig vision_of(const MapOptions& options) {
+  vision::VisionConfig config;
+  config.matcher.kind = vision::matcher_kind(options.matcher);
+  return config;
+}
+
 class MapRun {
  public:
   explicit MapRun(const MapOptions& options)
-      : options_(options), sequence_(read(options)), eyes_(sequence_, options.near, options.far) {}
+      : options_(options),
+        sequence_(read(options)),
+        eyes_(sequence_, options.near, options.far, vision_of(options)) {}
 
   int run() {
     make_folder(options_.out);
@@ -294,6 +303,10 @@ void add_map(CLI::App& app, Run& run) {
   command->add_option("--far", options->far, "Points farther away do not enter the map")
       ->check(finite_in(0, 10000))
       ->type_name("M");
+  command->add_option("--matcher", options->matcher, "Of stereo pairs: census, sgbm or bm")
+      ->check(CLI::IsMember(vision::matcher_names()))
+      ->type_name("NAME")
+      ->capture_default_str();
   command->callback([options, &run] { run = [options] { return MapRun(*options).run(); }; });
 }
 

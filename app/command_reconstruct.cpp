@@ -36,6 +36,7 @@ struct ReconstructOptions {
   std::string rig, truth;
   std::optional<double> focal, baseline, cx, cy, near, far;
   double offset = 0, resolution = 0.02;
+  std::string matcher = "census";
 };
 
 /// What the options say of a pair that is rectified already.
@@ -109,7 +110,9 @@ class Reconstruction {
     frame.left = vision::read_gray(options_.left);
     frame.right = vision::read_gray(options_.right);
     times_["read_ms"] = rounded(watch.lap_ms(), 3);
-    vision::StereoVision eyes(rig_of(options_, frame.left));
+    vision::VisionConfig config;
+    config.matcher.kind = vision::matcher_kind(options_.matcher);
+    vision::StereoVision eyes(rig_of(options_, frame.left), config);
     make_folder(options_.out);
     show_progress("matching");
     watch.lap_ms();
@@ -183,6 +186,7 @@ class Reconstruction {
     report_["far_m"] = view.far;
     report_["frame"] = "the rectified left camera's, turned to x forward, y left, z up";
     const vision::DisparityRange range = vision::disparity_range(eyes.rig());
+    report_["matcher"] = options_.matcher;
     report_["disparities"] = {{"lowest", range.lowest}, {"count", range.count}};
   }
 
@@ -200,7 +204,8 @@ class Reconstruction {
     report_["bad_1"] = rounded(quality.bad_1);
     report_["bad_2"] = rounded(quality.bad_2);
     report_["inlier_rms_px"] = rounded(quality.inlier_rms);
-    report_["coverage_3_sigma"] = rounded(quality.coverage_3_sigma);
+    report_["coverage_3_sigma"] = rounded(quality.coverage_3_sigma);  // each counted with its inlier weight
+    report_["ambiguity_auc"] = rounded(quality.ambiguity_auc);
     report_["coverage_3_sigma_of_inliers"] = rounded(quality.inlier_coverage);
     report_["sigma_px"] = {{"p10", rounded(quality.sigma_p10)},
                            {"median", rounded(quality.sigma_median)},
@@ -260,6 +265,10 @@ void add_reconstruct(CLI::App& app, Run& run) {
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
       ->check(finite_in(0.005, 0.5))
       ->type_name("M")
+      ->capture_default_str();
+  command->add_option("--matcher", options->matcher, "census, sgbm or bm")
+      ->check(CLI::IsMember(vision::matcher_names()))
+      ->type_name("NAME")
       ->capture_default_str();
   command
       ->add_option("--truth", options->truth,

@@ -18,13 +18,15 @@ namespace {
 struct Options {
   std::filesystem::path world, out, robot = default_robot_file();
   std::vector<double> goal;
+  std::string matcher;
   std::uint64_t seed = 0;
   bool no_replan = false, range = false;
   double longest = 400;
 };
 
 int run(const Options& options) {
-  const Robot robot = read_robot(options.robot);
+  Robot robot = read_robot(options.robot);
+  if (!options.matcher.empty()) robot.vision.matcher.kind = vision::matcher_kind(options.matcher);
   const sim::World world = read_world_for(robot, options.world);
   SimOptions sim;
   sim.range_mode = options.range;
@@ -74,6 +76,10 @@ void add_sim(CLI::App& app, Run& run_command) {
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");
+  command->add_option("--matcher", options->matcher, "census, sgbm or bm; default: the robot's")
+      ->check(CLI::IsMember(vision::matcher_names()))
+      ->type_name("NAME")
+      ->excludes("--range");
   command->add_option("--longest", options->longest, "Give up after so many simulated seconds")
       ->check(finite_in(1, 36000))
       ->capture_default_str();

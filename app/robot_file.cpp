@@ -179,8 +179,10 @@ Robot read_robot(const std::filesystem::path& file) {
   robot.name = section.text("name");
   const std::filesystem::path rig = section.path("rig");
   std::error_code ec;
-  if (!std::filesystem::is_regular_file(rig, ec))
-    section.fail("rig", fmt::format("{} is no file, expected a rig file", rig.string()));
+  if (!std::filesystem::exists(rig, ec))
+    section.fail("rig", fmt::format("{} is not there, expected a rig file, or a folder with one of each camera", rig.string()));
+  robot.vision.matcher.kind =
+      vision::matcher_kind(section.choice_or("matcher", "census", vision::matcher_names()));
   read_neck(section.section("neck"), robot);
   read_gait(section.section("gait"), robot.mission.gait);
   read_body(section.section("body"), robot.mission.outline);

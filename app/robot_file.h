@@ -11,6 +11,7 @@
 #include "runtime/mission.h"
 #include "sim_hal/body.h"
 #include "vision/rig.h"
+#include "vision/stereo.h"
 
 namespace headway::app {
 
@@ -24,6 +25,7 @@ struct SimulationConfig {
 struct Robot {
   std::string name;
   vision::StereoRig rig;
+  vision::VisionConfig vision;
   double chest_height = 1.0;  ///< [m]
   double map_margin = 1.0;    ///< around the floor in use [m]
   Eigen::Vector2d map_height{-0.4, 2.4};

@@ -12,7 +12,8 @@ namespace {
 constexpr DepthRange kDepthCamera{0.4, 5.0};
 }
 
-SequenceEyes::SequenceEyes(const Sequence& sequence, std::optional<double> near, std::optional<double> far)
+SequenceEyes::SequenceEyes(const Sequence& sequence, std::optional<double> near, std::optional<double> far,
+                           const vision::VisionConfig& vision)
     : depth_camera_(sequence.camera) {
   range_ = sequence.rig ? DepthRange{sequence.rig->nearest, sequence.rig->farthest} : kDepthCamera;
   if (near) range_.near = *near;
@@ -25,7 +26,7 @@ SequenceEyes::SequenceEyes(const Sequence& sequence, std::optional<double> near,
   vision::StereoRig rig = *sequence.rig;
   rig.nearest = range_.near;
   rig.farthest = range_.far;
-  stereo_ = std::make_unique<vision::StereoVision>(rig);
+  stereo_ = std::make_unique<vision::StereoVision>(rig, vision);
 }
 
 const vision::PinholeCamera& SequenceEyes::camera() const {

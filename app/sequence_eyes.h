@@ -21,7 +21,8 @@ class SequenceEyes {
  public:
   /// The rig's own limits, or a depth camera's 0.4 to 5 m, unless `near` or `far` say otherwise. Throws
   /// InputError.
-  SequenceEyes(const Sequence& sequence, std::optional<double> near, std::optional<double> far);
+  SequenceEyes(const Sequence& sequence, std::optional<double> near, std::optional<double> far,
+               const vision::VisionConfig& vision = {});
 
   struct Look {
     const vision::RangeView* view = nullptr;  ///< valid until the next look

@@ -211,7 +211,7 @@ runtime::Eyes& SimSession::make_eyes() {
   } else {
     const auto model = stereo_model(robot_.rig, options_.seed);
     stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model);
-    eyes_ = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, vision::VisionConfig{});
+    eyes_ = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
   }
   return *eyes_;
 }

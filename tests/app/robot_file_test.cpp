@@ -76,7 +76,7 @@ TEST(RobotFile, TellsTheMapperWhatOfTheViewIsTheRobotItself) {
 }
 
 TEST(RobotFile, NamesTheLineOfARigThatIsNotThere) {
-  EXPECT_THAT(fault_of("name:", "rig:", "rig: rigs/nowhere.yaml"), HasSubstr("nowhere.yaml is no file"));
+  EXPECT_THAT(fault_of("name:", "rig:", "rig: rigs/nowhere.yaml"), HasSubstr("nowhere.yaml is not there"));
 }
 
 }  // namespace

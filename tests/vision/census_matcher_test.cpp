@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "census_reference.h"
-#include "every_target.h"
+#include "tests/vision/census_reference.h"
+#include "tests/vision/every_target.h"
 #include "hal/error.h"
 #include "tests/heap_count.h"
-#include "scene.h"
+#include "tests/vision/scene.h"
 
 namespace headway::vision {
 namespace {
@@ -214,12 +214,12 @@ TEST(CensusMatcher, TakesNoMemoryAfterTheFirstPairOfASize) {
   CensusMatcher matcher({-16, 64});
   DisparityImage found;
   matcher.match(left, right, found);
-  const std::uint64_t before = test::heap_allocations();
+  const std::uint64_t before = heap_allocations();
   matcher.match(other_left, other_right, found);
   matcher.match(left, right, found);
-  EXPECT_EQ(test::heap_allocations(), before);
+  EXPECT_EQ(heap_allocations(), before);
   const hal::GrayImage copy = left;
-  EXPECT_GT(test::heap_allocations(), before) << "the count counts";
+  EXPECT_GT(heap_allocations(), before) << "the count counts";
 }
 
 TEST(CensusMatcher, DoesNotRememberWhatItMatchedBefore) {

@@ -5,7 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "scene.h"
+#include "tests/vision/scene.h"
 #include "tests/source_dir/source_dir.h"
 #include "vision/disparity_sigma.h"
 #include "vision/evaluation.h"

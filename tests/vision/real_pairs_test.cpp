@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "scene.h"
+#include "tests/vision/scene.h"
 #include "vision/evaluation.h"
 #include "vision/image_files.h"
 #include "vision/matchers.h"
