@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "hal/error.h"
+#include "vision/ambiguity.h"
 #include "vision/cv_image.h"
 
 namespace headway::vision {
@@ -14,9 +15,6 @@ namespace {
 
 constexpr int kUnit = 16;  // fixed-point disparities: 16 to the pixel
 constexpr float kEnoughRivals = 16;
-// Views that disagree by more [px] are wrong as often as not, however clearly they won.
-constexpr int kAgreeing = 2;
-constexpr float kDoubtful = 0.95F;
 
 void require(bool good, const char* key, double value, const char* expected) {
   if (!good) throw InputError(fmt::format("census matcher: {}: {:g}, expected {}", key, value, expected));
@@ -83,31 +81,16 @@ void CensusMatcher::weigh_columns(int width) {
   }
 }
 
-/// Ambiguity is (least + 1) / (second + 1), which is 1 where nothing tells one place from another; or more,
-/// where there are few rivals or the views disagree. No branches, so that the compiler can take many pixels
-/// at a time.
 void CensusMatcher::write(DisparityImage& out) const {
   out.ambiguity.resize(out.values.size());
-  const auto most = static_cast<float>(config_.most_ambiguous), last = static_cast<float>(out.width - 1);
-  const auto lowest = static_cast<float>(range_.lowest);
+  AmbiguityRules rules;
+  rules.lowest = static_cast<float>(range_.lowest);
+  rules.most_ambiguous = static_cast<float>(config_.most_ambiguous);
   for (int v = 0; v < out.height; ++v) {
     const std::size_t row = out.index(0, v);
-    const std::int16_t* found = smooth_.data() + row;
-    const std::uint8_t *least = found_.least.data() + row, *second = found_.second.data() + row,
-                       *disagreement = found_.disagreement.data() + row;
-    const float* alone = alone_.data();
-    float *values = out.values.data() + row, *ambiguities = out.ambiguity.data() + row;
-    for (int u = 0; u < out.width; ++u) {
-      const float d = lowest + static_cast<float>(found[u]) * (1.0F / kUnit);
-      const float partner = static_cast<float>(u) - d;
-      const float ratio = static_cast<float>(least[u] + 1) / static_cast<float>(second[u] + 1);
-      const float few = alone[u];
-      const float doubt = disagreement[u] > kAgreeing ? kDoubtful : few;
-      const float ambiguity = ratio > doubt ? ratio : doubt;
-      const bool good = (found[u] >= 0) & (partner >= 0) & (partner <= last) & (ambiguity <= most);
-      values[u] = good ? d : DisparityImage::kNone;
-      ambiguities[u] = good ? ambiguity : DisparityImage::kNone;
-    }
+    write_matches({smooth_.data() + row, found_.least.data() + row, found_.second.data() + row,
+                   found_.disagreement.data() + row, alone_.data(), out.width},
+                  rules, out.values.data() + row, out.ambiguity.data() + row);
   }
 }
 
