@@ -180,7 +180,9 @@ Robot read_robot(const std::filesystem::path& file) {
   const std::filesystem::path rig = section.path("rig");
   std::error_code ec;
   if (!std::filesystem::exists(rig, ec))
-    section.fail("rig", fmt::format("{} is not there, expected a rig file, or a folder with one of each camera", rig.string()));
+    section.fail("rig",
+                 fmt::format("{} is not there, expected a rig file, or a folder with one of each camera",
+                             rig.string()));
   robot.vision.matcher.kind =
       vision::matcher_kind(section.choice_or("matcher", "census", vision::matcher_names()));
   read_neck(section.section("neck"), robot);

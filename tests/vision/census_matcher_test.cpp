@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "tests/vision/census_reference.h"
-#include "tests/vision/every_target.h"
 #include "hal/error.h"
 #include "tests/heap_count.h"
+#include "tests/vision/census_reference.h"
+#include "tests/vision/every_target.h"
 #include "tests/vision/scene.h"
 
 namespace headway::vision {

@@ -5,8 +5,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "tests/vision/scene.h"
 #include "tests/source_dir/source_dir.h"
+#include "tests/vision/scene.h"
 #include "vision/disparity_sigma.h"
 #include "vision/evaluation.h"
 #include "vision/image_files.h"

@@ -8,7 +8,7 @@
 
 #include "hal/error.h"
 #include "random_rig.h"
-#include "scene.h"
+#include "tests/vision/scene.h"
 #include "vision/cv_image.h"
 
 namespace headway::vision {

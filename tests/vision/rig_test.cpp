@@ -10,8 +10,8 @@
 
 #include "random_rig.h"
 #include "same_rig.h"
-#include "scene.h"
 #include "tests/source_dir/source_dir.h"
+#include "tests/vision/scene.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
 

@@ -11,8 +11,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "scene.h"
 #include "tests/source_dir/source_dir.h"
+#include "tests/vision/scene.h"
 #include "vision/cv_image.h"
 #include "vision/image_files.h"
 #include "vision/rectify.h"

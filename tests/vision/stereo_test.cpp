@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
-#include "scene.h"
 #include "tests/source_dir/source_dir.h"
+#include "tests/vision/scene.h"
 #include "vision/image_files.h"
 #include "vision/rig_files.h"
 

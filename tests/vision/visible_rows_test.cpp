@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "every_target.h"
 #include "random_rig.h"
+#include "tests/vision/every_target.h"
 
 namespace headway::vision {
 namespace {
