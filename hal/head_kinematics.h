@@ -13,11 +13,13 @@ struct HeadKinematics {
   Eigen::Isometry3d chest_from_pan = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d pan_from_tilt = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d tilt_from_camera = Eigen::Isometry3d::Identity();
+  HeadAngles zero{};  ///< the joints' true angles less those that the drives report [rad]
 
+  /// At angles as the drives report them.
   Eigen::Isometry3d chest_from_camera(const HeadAngles& a) const {
     using Eigen::AngleAxisd, Eigen::Vector3d;
-    return chest_from_pan * AngleAxisd(a.pan, Vector3d::UnitZ()) * pan_from_tilt *
-           AngleAxisd(a.tilt, Vector3d::UnitY()) * tilt_from_camera;
+    return chest_from_pan * AngleAxisd(a.pan + zero.pan, Vector3d::UnitZ()) * pan_from_tilt *
+           AngleAxisd(a.tilt + zero.tilt, Vector3d::UnitY()) * tilt_from_camera;
   }
 
   /// Angles (not limited) that point the camera's optical axis at a point in the chest frame [m].
