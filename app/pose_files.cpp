@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -138,6 +139,39 @@ std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv) {
   }
   if (poses.empty()) throw InputError(csv.string() + ": holds no poses, expected at least one");
   return poses;
+}
+
+std::vector<vision::HeadSample> read_head_table(const std::filesystem::path& csv) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  std::vector<vision::HeadSample> samples;
+  for (const TextLine& line : read_lines(csv, "head samples: stamp [ns], pan [deg], tilt [deg]")) {
+    const auto words = split(line.text, ", \t\r");
+    if (words.size() != 3) {
+      fail(csv, line.number,
+           fmt::format("has {} values, expected 3: stamp [ns], pan [deg], tilt [deg]", words.size()));
+    }
+    const Time stamp{Duration(stamp_of(csv, line.number, words[0]))};
+    const double pan = number_of(csv, line.number, words[1]), tilt = number_of(csv, line.number, words[2]);
+    if (!(std::abs(pan) <= 180 && std::abs(tilt) <= 180))
+      fail(csv, line.number, fmt::format("{} and {} deg, expected angles of -180 to 180 deg", pan, tilt));
+    if (!samples.empty() && stamp <= samples.back().stamp)
+      fail(csv, line.number, "its stamp is not later than the one before, expected rising stamps");
+    samples.push_back({stamp, {pan * kDegree, tilt * kDegree}});
+  }
+  if (samples.empty())
+    throw InputError(csv.string() + ": holds no head samples, expected them at 20 Hz or more");
+  return samples;
+}
+
+std::int64_t stamp_of_image(const std::filesystem::path& image) {
+  const std::string stem = image.stem().string();
+  std::int64_t ns = 0;
+  const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), ns);
+  if (error != std::errc() || end != stem.data() + stem.size() || ns < 0) {
+    throw InputError(image.string() +
+                     ": is not named by its stamp, expected nanoseconds, as 1403715273262142976.png");
+  }
+  return ns;
 }
 
 Eigen::Isometry3d read_pose_matrix(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "vision/head_calibration.h"
 #include "vision/range_view.h"
 
 namespace headway::app {
@@ -17,6 +18,13 @@ struct StampedPose {
 };
 /// "stamp [ns], x, y, z, qw, qx, qy, qz" a line; # begins a comment. Throws InputError.
 std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv);
+
+/// "stamp [ns], pan [deg], tilt [deg]" a line, as the drives report them, in rising order; # begins a
+/// comment. Throws InputError.
+std::vector<vision::HeadSample> read_head_table(const std::filesystem::path& csv);
+
+/// The stamp that an image is named by, as 1403715273262142976.png [ns]. Throws InputError.
+std::int64_t stamp_of_image(const std::filesystem::path& image);
 
 /// A 4x4 rigid transform. Throws InputError when it is not one.
 Eigen::Isometry3d read_pose_matrix(const std::filesystem::path& file);

@@ -27,6 +27,7 @@ int run_program(int argc, const char* const* argv) {
   add_map(program, run);
   add_reconstruct(program, run);
   add_characterise(program, run);
+  add_calibrate(program, run);
   try {
     program.parse(argc, argv);
     return run();

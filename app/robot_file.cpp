@@ -45,6 +45,14 @@ void check(const Section& section, const Part& part) {
   }
 }
 
+/// A rotation as axis times angle; none where the key is absent.
+Eigen::Matrix3d turn_if(const Section& section, std::string_view key) {
+  const auto v = section.numbers_if(key, 3, {-20, 20, "deg"}).value_or(std::vector<double>(3, 0));
+  const Eigen::Vector3d turn = kDegree * Eigen::Vector3d(v[0], v[1], v[2]);
+  return turn.norm() > 0 ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
+                         : Eigen::Matrix3d::Identity();
+}
+
 void read_neck(const Section& neck, Robot& robot) {
   robot.chest_height = neck.number("chest_height", {0.2, 2, "m"});
   hal::HeadKinematics& k = robot.mission.neck;
@@ -52,7 +60,10 @@ void read_neck(const Section& neck, Robot& robot) {
   k.pan_from_tilt = offset(neck, "pan_from_tilt");
   k.tilt_from_camera = offset(neck, "tilt_from_camera");
   k.tilt_from_camera.linear() =
+      turn_if(neck, "camera_turn_deg") *
       hal::body_from_optical(neck.number("camera_down_deg", {-60, 60, "deg"}) * kDegree);
+  k.zero = {neck.number_or("pan_zero_deg", 0, {-20, 20, "deg"}) * kDegree,
+            neck.number_or("tilt_zero_deg", 0, {-20, 20, "deg"}) * kDegree};
   hal::HeadLimits& limits = robot.mission.head;
   const auto pan = neck.numbers("pan_deg", 2, {-90, 90, "deg"}),
              tilt = neck.numbers("tilt_deg", 2, {-90, 90, "deg"});

@@ -1,7 +1,6 @@
 #include "app/sequence.h"
 
 #include <algorithm>
-#include <charconv>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -52,17 +51,6 @@ struct Pair {
   fs::path left, right;
 };
 
-std::int64_t stamp_of(const fs::path& image) {
-  const std::string stem = image.stem().string();
-  std::int64_t ns = 0;
-  const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), ns);
-  if (error != std::errc() || end != stem.data() + stem.size() || ns < 0) {
-    throw InputError(image.string() +
-                     ": is not named by its stamp, expected nanoseconds, as 1403715273262142976.png");
-  }
-  return ns;
-}
-
 std::vector<Pair> read_pairs(const fs::path& folder) {
   const fs::path left = folder / "cam0" / "data", right = folder / "cam1" / "data";
   require_folder(left, "the left camera's images");
@@ -81,7 +69,7 @@ std::vector<Pair> read_pairs(const fs::path& folder) {
       throw InputError(fmt::format("{}: has no partner in {} (there comes {}), expected pairs of one name",
                                    lefts[i].string(), right.string(), rights[i].filename().string()));
     }
-    pairs.push_back({stamp_of(lefts[i]), lefts[i], rights[i]});
+    pairs.push_back({stamp_of_image(lefts[i]), lefts[i], rights[i]});
   }
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.stamp_ns < b.stamp_ns; });
   return pairs;
