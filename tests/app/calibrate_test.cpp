@@ -15,7 +15,8 @@
 #include "app/neck_file.h"
 #include "app/pictures.h"
 #include "app/robot_file.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/source_dir/source_dir.h"
+#include "tests/temporary_folder.h"
 #include "tests/vision/rendered_board.h"
 #include "tests/vision/simulated_head.h"
 #include "vision/rig_files.h"
@@ -29,7 +30,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-const fs::path kTree = HEADWAY_SOURCE_DIR;
+const fs::path kTree = source_dir();
 
 struct Outcome {
   int code = 0;

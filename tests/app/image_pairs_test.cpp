@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
-#include "tests/app/temporary_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
+#include "tests/source_dir/source_dir.h"
 #include "vision/image_files.h"
 #include "vision/rig_files.h"
 
@@ -27,8 +28,7 @@ const Board kBoard{9, 6, 0.03, {}};
 
 /// The bottom pair of HRP-2, without k3.
 StereoRig true_rig() {
-  static const StereoRig rig =
-      read_rig(std::filesystem::path(HEADWAY_SOURCE_DIR) / "config/hrp2/rigs/bottom.yaml");
+  static const StereoRig rig = read_rig(source_dir() / "config/hrp2/rigs/bottom.yaml");
   return rig;
 }
 
