@@ -18,8 +18,6 @@ constexpr int kMargin = 16, kTitle = 34, kLegend = 74;
 
 const Colour kNever{205, 205, 225}, kCross{110, 90, 200}, kUsual{60, 50, 45}, kOutlier{40, 90, 240};
 
-cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
-
 /// Light, so that dots stay visible on it.
 Colour cell_colour(int corners, int most) {
   const double share = std::log1p(corners) / std::log1p(std::max(1, most));

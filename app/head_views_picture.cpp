@@ -18,8 +18,6 @@ constexpr int kSide = 520, kLeft = 56, kBelow = 64, kAbove = 16;  // [px]
 
 const Colour kGrid{232, 228, 225}, kRing{40, 90, 240};
 
-cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
-
 /// A square window of angles [deg] around all views.
 struct Window {
   double pan = 0, tilt = 0, half = 1;

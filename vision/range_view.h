@@ -29,7 +29,7 @@ struct RangeView {
   std::vector<float> depth;        ///< Z [m], row-major height x width; NaN where nothing was measured
   std::vector<float> sigma_depth;  ///< standard deviation of Z [m], same layout; NaN where depth is
   /// Probability 0..1 that the point is no outlier, same layout; NaN where depth is. Empty: 1 everywhere.
-  std::vector<float> weight;
+  std::vector<float> weight = {};
 
   static constexpr double kPixelSigma =
       0.28867513459481287;  ///< 1/sqrt(12): where in its pixel the point lies

@@ -209,7 +209,7 @@ TEST(RigPolytope, RefusesDegenerateStereoRigs) {
   rig.right_from_left.linear() = Eigen::AngleAxisd(14 * kDegree, Vector3d::UnitX()).toRotationMatrix();
   rig.left.height = rig.right.height = 200;
   rig.left.cy = rig.right.cy = 99.5;
-  EXPECT_THAT(message_of([&] { rig_polytope(rig, {}); }), HasSubstr("look past each other"));
+  EXPECT_THAT(message_of([&] { rig_polytope(rig, {}); }), HasSubstr("share 0 % of their images"));
 }
 
 }  // namespace
