@@ -138,6 +138,7 @@ TEST(BadInput, NumbersThatAreNoneAreRefused) {
 
 TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
   const TemporaryFolder folder;
+  std::filesystem::copy(kTree / "config/hrp2/rigs", folder / "rigs");
   std::string text = read_text(kTree / "config/hrp2/robot.yaml");
   text.replace(text.find("step_seconds: 0.8"), 17, "step_seconds: 0.5");
   std::ofstream(folder / "robot.yaml") << text;
