@@ -102,7 +102,7 @@ class HeadCalibrationRun {
   void write() {
     nav::write_whole(options_.out / "neck.yaml", [&](std::ostream& out) {
       out << "# For the section of the same name in the robot file, in place of the keys that are there.\n"
-          << neck_text(result_.neck);
+          << neck_text(result_.neck, result_.time_offset);
     });
     std::vector<HeadViewMark> marks;
     for (std::size_t i = 0; i < names_.size(); ++i)

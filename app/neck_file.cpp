@@ -7,7 +7,7 @@
 
 namespace headway::app {
 
-std::string neck_text(const hal::HeadKinematics& neck) {
+std::string neck_text(const hal::HeadKinematics& neck, Duration camera_time_offset) {
   constexpr double kDegree = std::numbers::pi / 180;
   const Eigen::Matrix3d camera = neck.tilt_from_camera.linear();
   const Eigen::Vector3d axis = camera.col(2), place = neck.tilt_from_camera.translation();
@@ -20,6 +20,7 @@ std::string neck_text(const hal::HeadKinematics& neck) {
   text += fmt::format("  camera_turn_deg: [{:.6f}, {:.6f}, {:.6f}]\n", turn.x(), turn.y(), turn.z());
   text += fmt::format("  pan_zero_deg: {:.6f}\n", neck.zero.pan / kDegree);
   text += fmt::format("  tilt_zero_deg: {:.6f}\n", neck.zero.tilt / kDegree);
+  text += fmt::format("  camera_time_offset_ms: {:.3f}\n", 1000 * to_seconds(camera_time_offset));
   return text;
 }
 

@@ -4,11 +4,12 @@
 #include <string>
 
 #include "hal/head_kinematics.h"
+#include "hal/time.h"
 
 namespace headway::app {
 
 /// Keys of the section `neck` of a robot file, one a line, indented by two: read_robot makes the same neck of
-/// them.
-std::string neck_text(const hal::HeadKinematics& neck);
+/// them. The offset is added to the camera's stamps.
+std::string neck_text(const hal::HeadKinematics& neck, Duration camera_time_offset);
 
 }  // namespace headway::app

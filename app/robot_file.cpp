@@ -64,6 +64,7 @@ void read_neck(const Section& neck, Robot& robot) {
       hal::body_from_optical(neck.number("camera_down_deg", {-60, 60, "deg"}) * kDegree);
   k.zero = {neck.number_or("pan_zero_deg", 0, {-20, 20, "deg"}) * kDegree,
             neck.number_or("tilt_zero_deg", 0, {-20, 20, "deg"}) * kDegree};
+  robot.camera_time_offset = seconds(neck.number_or("camera_time_offset_ms", 0, {-100, 100, "ms"}) / 1000);
   hal::HeadLimits& limits = robot.mission.head;
   const auto pan = neck.numbers("pan_deg", 2, {-90, 90, "deg"}),
              tilt = neck.numbers("tilt_deg", 2, {-90, 90, "deg"});

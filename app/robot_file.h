@@ -26,8 +26,9 @@ struct Robot {
   std::string name;
   vision::StereoRig rig;
   vision::VisionConfig vision;
-  double chest_height = 1.0;  ///< [m]
-  double map_margin = 1.0;    ///< around the floor in use [m]
+  Duration camera_time_offset{};  ///< added to the camera's stamps, to come to the bus's time
+  double chest_height = 1.0;      ///< [m]
+  double map_margin = 1.0;        ///< around the floor in use [m]
   Eigen::Vector2d map_height{-0.4, 2.4};
   runtime::MapperConfig mapper;  ///< `voxels` gets its box when the floor in use is known
   runtime::MissionConfig mission;

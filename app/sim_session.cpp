@@ -143,6 +143,7 @@ runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
 runtime::FrameLoopConfig frame_config(const Robot& robot) {
   runtime::FrameLoopConfig config;
   config.neck = robot.mission.neck;
+  config.camera_time_offset = robot.camera_time_offset;
   config.budget = seconds(1 / robot.simulation.frame_rate);
   return config;
 }

@@ -48,6 +48,7 @@ void FrameLoop::take_frame() {
     counters_.lost += frame->sequence - *last_sequence_ - 1;
   last_sequence_ = frame->sequence;
   waiting_ = frame;
+  waiting_->exposure += config_.camera_time_offset;
 }
 
 std::optional<FrameLoop::Pose> FrameLoop::pose_at(Time t) const {
@@ -64,9 +65,9 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Eigen::Isometry3d map_from_view =
       pose.map_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
   std::string blind = eyes_.fault();
+  const bool faulty = !blind.empty();
   nav::IntegrationStats integration;
-  if (blind.empty())
-    integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
+  if (!faulty) integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
   const Time mapped = stopwatch_.now();
   mapper_.project();
   const Time projected = stopwatch_.now();
@@ -76,7 +77,8 @@ void FrameLoop::use(Time now, const Pose& pose) {
   else
     ++counters_.unusable;
   const BusReport& bus = links_.report.value();
-  order_ = mission_.update({now, last_look_, std::move(blind), pose.head, pose.map_from_chest, bus, mapper_});
+  order_ = mission_.update(
+      {now, last_look_, std::move(blind), faulty, pose.head, pose.map_from_chest, bus, mapper_});
   const Time planned = stopwatch_.now();
 
   times_ = {seen - begin, mapped - seen, projected - mapped, planned - projected};

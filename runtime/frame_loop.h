@@ -16,6 +16,7 @@ namespace headway::runtime {
 
 struct FrameLoopConfig {
   hal::HeadKinematics neck;
+  Duration camera_time_offset{};      ///< added to the camera's stamps, to come to the bus's time
   Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
   Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
   Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late

@@ -124,7 +124,7 @@ void Mission::begin_look_around() {
 }
 
 MotionOrder Mission::look_around(const MissionInput& input) {
-  if (tour_.look(input.head)) ++views_taken_;
+  if (!input.faulty && tour_.look(input.head)) ++views_taken_;
   if (tour_.done())
     state_ = goal_ ? MissionState::kWalk : MissionState::kWaitGoal;
   else
@@ -299,7 +299,7 @@ MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
 }
 
 MotionOrder Mission::look_ahead(const MissionInput& input) {
-  tour_.look(input.head);
+  if (!input.faulty) tour_.look(input.head);
   if (tour_.done()) {
     state_ = MissionState::kWalk;
     return rest(input);

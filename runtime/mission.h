@@ -51,6 +51,7 @@ struct MissionInput {
   Time now{};
   Time last_look = nav::kNever;  ///< exposure of the newest frame that told the map something
   std::string blind;             ///< why this frame told it nothing; empty when it did
+  bool faulty = false;           ///< it could not be used at all: a look that does not count
   hal::HeadAngles head;          ///< at this frame's exposure
   Eigen::Isometry3d map_from_chest = Eigen::Isometry3d::Identity();  ///< at this frame's exposure
   const BusReport& bus;

@@ -22,7 +22,8 @@ void require(bool good, const char* key, double value, const char* expected) {
 
 void check(DisparityRange range, const CensusConfig& c) {
   require(range.count > 0 && range.count % 16 == 0 && range.count <= Sgm::kMostDisparities, "disparities",
-          range.count, "a multiple of 16 up to 256 (match at half the scale, or see less near)");
+          range.count,
+          "a multiple of 16 up to 256 (choose the matcher sgbm, or a rig that need not see so near)");
   require(std::abs(range.lowest) <= 2048, "lowest disparity", range.lowest, "-2048 to 2048");
   const SgmPenalties& p = c.penalties;
   require(p.p1 >= 0 && p.p1 <= p.p2_least, "p1", p.p1, "0 to p2_least");

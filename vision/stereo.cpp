@@ -14,8 +14,7 @@ StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
       weight_(config.weight),
       veils_(config.veils),
       matcher_(make_matcher(disparity_range(rectifier_.rig()), config.matcher)),
-      sight_config_(config.sight),
-      sight_interval_(config.sight_interval) {
+      sight_config_(config.sight) {
   sigma_.base = rectifier_.rig().disparity_sigma;
 }
 
@@ -29,20 +28,13 @@ const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
 
 void StereoVision::find_disparities(const hal::StereoFrame& frame) try {
   rectifier_.rectify(frame.left, frame.right, left_, right_);
-  judge_sight(frame);
+  sight_ = check_sight(rectifier_, frame, left_, right_, sight_config_);
   matcher_->match(left_, right_, disparity_);
   estimate_sigma(sigma_, disparity_);
   estimate_weight(weight_, disparity_);
 } catch (const cv::Exception& e) {
   fault_ = fmt::format("the pair could not be matched: {}", e.err);
   disparity_.resize(camera().width, camera().height);
-}
-
-void StereoVision::judge_sight(const hal::StereoFrame& raw) {
-  if (sight_interval_ <= 0 || pairs_until_sight_-- > 0) return;
-  pairs_until_sight_ = sight_interval_ - 1;
-  sight_ = check_sight(rectifier_, raw, left_, right_, sight_config_);
-  if (sight_.fault()) pairs_until_sight_ = 0;
 }
 
 bool StereoVision::usable(const hal::StereoFrame& frame) {

@@ -23,9 +23,6 @@ struct VisionConfig {
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
   WeightModel weight;
   SightConfig sight;
-  /// The cameras are judged in every so manieth pair, the first included, and in every one while a fault
-  /// stands; 0: never.
-  int sight_interval = 4;
 };
 
 /// Rectifies, matches and triangulates. Everything is in the rectified left camera's optical frame; compose
@@ -41,7 +38,7 @@ class StereoVision {
 
   const std::string& fault() const { return fault_; }  ///< empty when the last pair was used
 
-  /// How the cameras see, as judged last; empty until the first pair that was used.
+  /// How the cameras saw the last pair that was used; empty before the first.
   const SightReport& sight() const { return sight_; }
 
   /// Of the last pair, for pictures.
@@ -56,7 +53,6 @@ class StereoVision {
  private:
   bool usable(const hal::StereoFrame& frame);
   void find_disparities(const hal::StereoFrame& frame);
-  void judge_sight(const hal::StereoFrame& raw);
 
   Rectifier rectifier_;
   SigmaModel sigma_;
@@ -68,7 +64,6 @@ class StereoVision {
   RangeView view_;
   std::string fault_;
   SightConfig sight_config_;
-  int sight_interval_, pairs_until_sight_ = 0;
   SightReport sight_;
 };
 

@@ -388,7 +388,7 @@ TEST(NeckFile, GivesTheRobotFileTheNeckThatWasFound) {
   neck.tilt_from_camera.linear() =
       AngleAxisd(0.06, Vector3d(1, 0.2, -1).normalized()) * neck.tilt_from_camera.linear();
   neck.zero = {0.03, -0.02};
-  std::string robot = read_text(kTree / "config/hrp2/robot.yaml"), keys = neck_text(neck);
+  std::string robot = read_text(kTree / "config/hrp2/robot.yaml"), keys = neck_text(neck, seconds(0.012));
   for (const char* key : {"  tilt_from_camera:", "  camera_down_deg:"}) {
     const std::size_t at = robot.find(key);
     ASSERT_NE(at, std::string::npos);
@@ -398,6 +398,7 @@ TEST(NeckFile, GivesTheRobotFileTheNeckThatWasFound) {
   robot.replace(robot.find("rig: "), robot.find('\n', robot.find("rig: ")) - robot.find("rig: "),
                 "rig: " + (kTree / "config/hrp2/rigs/bottom.yaml").string());
   write_text(folder / "robot.yaml", robot);
+  EXPECT_EQ(read_robot(folder / "robot.yaml").camera_time_offset, seconds(0.012));
   const hal::HeadKinematics read = read_robot(folder / "robot.yaml").mission.neck;
   for (const hal::HeadAngles a : {hal::HeadAngles{0, 0}, hal::HeadAngles{0.4, -0.3}})
     EXPECT_TRUE(read.chest_from_camera(a).isApprox(neck.chest_from_camera(a), 1e-6));

@@ -166,6 +166,18 @@ TEST(FrameLoop, SkipsAFrameWhosePoseIsNotKnown) {
   EXPECT_LE(robot.frames.counters().frames, used + 1);
 }
 
+TEST(FrameLoop, ComesFromTheCamerasTimeToTheBussByTheOffsetThatItIsGiven) {
+  Robot robot;
+  robot.eyes.late = seconds(5);
+  FrameLoop frames({.neck = neck(), .camera_time_offset = seconds(5)}, robot.eyes, robot.mapper,
+                   robot.mission, robot.links, robot.clock);
+  Lockstep lockstep(
+      {.charge = {.see = seconds(0.05)}}, robot.clock, [](Time) {}, robot.bus_loop, frames);
+  for (int i = 0; i < 400; ++i) lockstep.step();
+  EXPECT_GE(frames.counters().frames, 15U);
+  EXPECT_EQ(frames.counters().no_pose, 0U);
+}
+
 TEST(FrameLoop, HandsOverAPlanTooLateForItsFirstStepAndIsRefusedIt) {
   WalkingRobot robot;
   Lockstep slow(

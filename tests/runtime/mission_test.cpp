@@ -40,7 +40,7 @@ struct Bench {
         mapper.project();
         last_look = now;
       }
-      order = mission.update({now, last_look, blind, order.look, chest(), bus, mapper});
+      order = mission.update({now, last_look, blind, faulty, order.look, chest(), bus, mapper});
     }
   }
   Eigen::Isometry3d chest() const { return bus.committed.stance.base().lifted(1); }
@@ -90,6 +90,7 @@ struct Bench {
   BusReport bus;
   MotionOrder order;
   std::string blind;
+  bool faulty = false;
   Time now{}, last_look = nav::kNever;
 };
 
@@ -222,6 +223,21 @@ TEST(Mission, GivesUpWhenNothingHasBeenSeenForLong) {
   bench.frames(3);
   EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
   EXPECT_EQ(bench.mission.reason(), "nothing has been seen for 10 s: no light");
+}
+
+TEST(Mission, DoesNotCountALookThatTheEyesCouldNotUse) {
+  Bench bench;
+  bench.mission.set_goal(kAhead);
+  bench.frames(1);
+  bench.blind = "the left camera is covered";
+  bench.faulty = true;
+  bench.frames(60);
+  EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
+  EXPECT_EQ(bench.mission.views_taken(), 0U);
+  bench.blind.clear();
+  bench.faulty = false;
+  bench.frames(20);
+  EXPECT_GT(bench.mission.views_taken(), 0U);
 }
 
 TEST(Mission, GivesUpWhenThereIsNoWay) {

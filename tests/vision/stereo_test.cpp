@@ -99,7 +99,7 @@ TEST(StereoVision, SeesNoPointsInTheDark) {
   EXPECT_EQ(vision.fault(), "");
 }
 
-TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCoveredAndAtOnceThatItIsNotAnyMore) {
+TEST(StereoVision, NoticesThatACameraIsCoveredAndThatItIsNotAnyMore) {
   StereoVision vision(bottom());
   const hal::StereoFrame healthy = test::plane_seen_by(bottom(), Vector3d::UnitZ(), 2);
   hal::StereoFrame frame = healthy;
@@ -107,7 +107,7 @@ TEST(StereoVision, NoticesWithinFourPairsThatACameraIsCoveredAndAtOnceThatItIsNo
   EXPECT_GT(vision.sight().pair.found, 100);
   EXPECT_TRUE(vision.sight().findings.empty());
   frame.right = image(340, 480, [](int, int) { return std::uint8_t{30}; });
-  for (int i = 0; i < 4; ++i) vision.see(frame);
+  vision.see(frame);
   ASSERT_NE(vision.sight().fault(), nullptr);
   EXPECT_TRUE(vision.sight().has(SightFault::kCovered));
   vision.see(healthy);
