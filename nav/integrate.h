@@ -35,6 +35,9 @@ struct IntegrationConfig {
   double hit_sigmas = 0.5;
   /// Share of a full hit for the voxel that holds a measured point, however wide sigma is.
   double least_hit = 0.5;
+  /// Points with less inlier weight say nothing: a wrong match is off by any amount, and the robot that
+  /// stands still sees the same one again and again.
+  double least_weight = 0.8;
   /// Neighbours (of 8) that must lie on the same surface; a point with fewer is an outlier.
   int supporters = 2;
   /// Limit of half a hit's depth on surfaces seen at grazing angles, in voxels.

@@ -37,16 +37,19 @@ Sample near_cluster(const std::array<Sample, 4>& block, float resolution) {
 
 }  // namespace
 
-void invert(const vision::RangeView& view, InverseDepthImage& out) {
+void invert(const vision::RangeView& view, float least_weight, InverseDepthImage& out) {
   out.reset(view.camera.width, view.camera.height);
   const auto near = static_cast<float>(view.near);
+  const bool weighted = !view.weight.empty();
   for (int v = 0; v < out.height; ++v) {
     const float* depth = view.depth.data() + view.index(0, v);
     const float* sigma = view.sigma_depth.data() + view.index(0, v);
+    const float* weight = weighted ? view.weight.data() + view.index(0, v) : nullptr;
     float* w = out.w.data() + out.index(0, v);
     float* s = out.sigma.data() + out.index(0, v);
     for (int u = 0; u < out.width; ++u) {
-      const bool known = depth[u] >= near && sigma[u] >= 0;
+      const bool trusted = !weighted || weight[u] >= least_weight;
+      const bool known = depth[u] >= near && sigma[u] >= 0 && trusted;
       const float inverse = 1 / (known ? depth[u] : 1.0F);
       w[u] = known ? inverse : 0.0F;
       s[u] = known ? sigma[u] * inverse * inverse : 0.0F;

@@ -39,8 +39,8 @@ inline float same_surface(float w, float sigma, float resolution) {
   return std::max(4 * sigma, resolution * w * w);
 }
 
-/// The pixels of a view; none nearer than its near.
-void invert(const vision::RangeView& view, InverseDepthImage& out);
+/// The pixels of a view; none nearer than its near, none with less inlier weight than `least_weight`.
+void invert(const vision::RangeView& view, float least_weight, InverseDepthImage& out);
 
 /// Halves an image: of each 2x2 block the mean of the nearest two or more that lie on one surface, so that
 /// thin things stay and a lone wrong pixel does not. `resolution` is a voxel's edge [m].

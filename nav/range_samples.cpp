@@ -23,7 +23,7 @@ float slope(float before, float w, float after, float tolerance, float apart) {
 void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
                         const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera) {
   rejected_ = used_ = 0;
-  reduce(view, resolution);
+  reduce(view, static_cast<float>(config.least_weight), resolution);
   if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
   rejected_ += smooth(rough_, config.supporters, static_cast<float>(resolution), image_);
 
@@ -42,15 +42,15 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   farthest_ = std::min(farthest_, static_cast<float>(view.far));
 }
 
-void RangeSamples::reduce(const vision::RangeView& view, double resolution) {
+void RangeSamples::reduce(const vision::RangeView& view, float least_weight, double resolution) {
   // A voxel at the far end should still be as wide as a sample.
   const double pixels_per_voxel = view.camera.focal * resolution / view.far;
   const int reduction = pixels_per_voxel >= 4 ? 4 : pixels_per_voxel >= 2 ? 2 : 1;
   const auto f = static_cast<float>(resolution);
   if (reduction == 1) {
-    invert(view, rough_);
+    invert(view, least_weight, rough_);
   } else {
-    invert(view, full_);
+    invert(view, least_weight, full_);
     halve(full_, f, reduction == 2 ? rough_ : half_);
     if (reduction == 4) halve(half_, f, rough_);
   }

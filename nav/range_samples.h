@@ -61,7 +61,7 @@ class RangeSamples {
  private:
   static constexpr int kTile = 4;  ///< samples along the edge of a tile of bounds
 
-  void reduce(const vision::RangeView& view, double resolution);
+  void reduce(const vision::RangeView& view, float least_weight, double resolution);
   void forget_own_body(const std::vector<BodyBox>& boxes, const Eigen::Isometry3d& body_from_camera);
   void describe(int x, int y, const IntegrationConfig& config, float resolution,
                 const Eigen::Matrix3f& map_from_camera);

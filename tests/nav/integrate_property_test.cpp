@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -90,6 +91,28 @@ Footprint footprint(const Scenario& s, const Index& i, int margin) {
           clamped(v1 + margin, camera.height),
           nearest,
           true};
+}
+
+RC_GTEST_PROP(Integrate, TakesPointsOfLittleWeightForUnmeasured, ()) {
+  Scenario s = any_scenario();
+  const IntegrationConfig config;
+  vision::RangeView without = s.view;
+  std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
+  s.view.weight.assign(s.view.depth.size(), 1);
+  for (std::size_t i = 0; i < s.view.depth.size(); ++i) {
+    if (std::isnan(s.view.depth[i])) {
+      s.view.weight[i] = kNan;
+    } else if (random() % 4 == 0) {
+      s.view.weight[i] = static_cast<float>(config.least_weight) - 0.01F;
+      without.depth[i] = without.sigma_depth[i] = kNan;
+    } else {
+      s.view.weight[i] = static_cast<float>(config.least_weight) + 0.01F;
+    }
+  }
+  VoxelMap other = s.map;
+  integrate(s.map, s.view, s.pose, at_seconds(1), config);
+  integrate(other, without, s.pose, at_seconds(1), config);
+  RC_ASSERT(same_bytes(s.map, other));
 }
 
 RC_GTEST_PROP(Integrate, ChangesNoVoxelFartherThanRangePlusThreeSigmaPlusAVoxel, ()) {
