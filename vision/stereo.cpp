@@ -1,5 +1,7 @@
 #include "vision/stereo.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
@@ -8,12 +10,25 @@
 
 namespace headway::vision {
 
+namespace {
+
+// OpenCV's matchers would leave out more columns for a longer search.
+DisparityRange searched(RectifiedRig rig, const VisionConfig& config) {
+  const DisparityRange asked = disparity_range(rig);
+  if (config.matcher.kind != MatcherKind::kCensus) return asked;
+  rig.nearest *= config.search_nearer;
+  const int most = std::max(asked.count, Sgm::kMostDisparities);
+  return {asked.lowest, std::min(disparity_range(rig).count, most)};
+}
+
+}  // namespace
+
 StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
     : rectifier_(rig, config.scale),
       sigma_(config.sigma),
       weight_(config.weight),
       veils_(config.veils),
-      matcher_(make_matcher(disparity_range(rectifier_.rig()), config.matcher)),
+      matcher_(make_matcher(searched(rectifier_.rig(), config), config.matcher)),
       sight_config_(config.sight) {
   sigma_.base = rectifier_.rig().disparity_sigma;
 }

@@ -19,6 +19,10 @@ namespace headway::vision {
 struct VisionConfig {
   double scale = 1;  ///< of the matched images: 0.5 is four times faster and half as precise
   MatcherConfig matcher;
+  /// The census matcher searches up to this share of the rig's nearest depth, as far as it can. What stands
+  /// nearer than `nearest` then finds its true partner and is left out, where it would find a wrong one far
+  /// away.
+  double search_nearer = 0.7;
   VeilFilter veils;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
   WeightModel weight;
