@@ -9,11 +9,29 @@ namespace headway::vision {
 namespace {
 
 constexpr int kReach = 2;  // [px]
+constexpr std::array<std::array<int, 2>, 4> kWays{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}}};
+
+/// How far the disparity at (u, v) lies off the mean of two opposite neighbours, at the most. Pairs that the
+/// image's border, a step or a pixel without a match breaks tell nothing.
+float bend(const DisparityImage& disparity, float jump, int u, int v) {
+  const float d = disparity.values[disparity.index(u, v)];
+  float most = 0;
+  for (const auto& [x, y] : kWays) {
+    const int du = kReach * x, dv = kReach * y;
+    if (u < std::abs(du) || u + std::abs(du) >= disparity.width || v < dv || v + dv >= disparity.height)
+      continue;
+    const float after = disparity.values[disparity.index(u + du, v + dv)] - d;
+    const float before = disparity.values[disparity.index(u - du, v - dv)] - d;
+    if (std::abs(after) <= jump && std::abs(before) <= jump) most = std::max(most, std::abs(after + before));
+  }
+  return most / 2;
+}
+
+float together(float a, float b) { return std::sqrt(a * a + b * b); }
 
 }  // namespace
 
 void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
-  const int width = disparity.width, height = disparity.height;
   const auto base = static_cast<float>(model.base), jump = static_cast<float>(model.jump);
   const auto clear = static_cast<float>(model.clear), ambiguous = static_cast<float>(model.ambiguous);
   const auto base_at = [&](std::size_t i) {
@@ -21,25 +39,12 @@ void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
     return base * (clear + ambiguous * disparity.ambiguity[i] * disparity.ambiguity[i]);
   };
   disparity.sigma.assign(disparity.values.size(), DisparityImage::kNone);
-  for (int v = 0; v < height; ++v) {
-    const std::array<int, 3> rows{std::max(0, v - kReach), v, std::min(height - 1, v + kReach)};
-    for (int u = 0; u < width; ++u) {
-      const float d = disparity.values[disparity.index(u, v)];
-      if (std::isnan(d)) continue;
-      const std::array<int, 3> columns{std::max(0, u - kReach), u, std::min(width - 1, u + kReach)};
-      float lowest = 0, highest = 0;  // relative to d
-      for (const int row : rows)
-        for (const int column : columns) {
-          const float step = disparity.values[disparity.index(column, row)] - d;
-          if (!(std::abs(step) <= jump)) continue;  // another surface, or no match
-          lowest = std::min(lowest, step);
-          highest = std::max(highest, step);
-        }
-      const float spread = highest - lowest;
-      const float own = base_at(disparity.index(u, v));
-      disparity.sigma[disparity.index(u, v)] = std::sqrt(own * own + spread * spread / 12);
+  for (int v = 0; v < disparity.height; ++v)
+    for (int u = 0; u < disparity.width; ++u) {
+      const std::size_t i = disparity.index(u, v);
+      if (!std::isnan(disparity.values[i]))
+        disparity.sigma[i] = together(base_at(i), bend(disparity, jump, u, v));
     }
-  }
 }
 
 }  // namespace headway::vision

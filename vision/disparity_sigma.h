@@ -1,17 +1,20 @@
-// How far a match may be off: per pixel, from how much the disparities around it vary and how clearly it won.
+// How far a match may be off: per pixel, from how much the surface around it bends and how clearly it won.
 #pragma once
 
 #include "vision/disparity.h"
 
 namespace headway::vision {
 
-/// sigma^2 = (base (clear + ambiguous a^2))^2 + spread^2 / 12   [px^2], where a is the match's ambiguity and
-/// spread is the range of the disparities around the pixel (two pixels away in all eight directions), as far
-/// as they belong to its surface. Of matchers that tell no ambiguity, sigma^2 = base^2 + spread^2 / 12.
+/// sigma^2 = (base (clear + ambiguous a^2))^2 + bend^2   [px^2], where a is the match's ambiguity and bend is
+/// how far its disparity lies off the mean of two opposite neighbours (two pixels away, the largest of the
+/// four directions), as far as they belong to its surface. Of matchers that tell no ambiguity, sigma^2 =
+/// base^2
+/// + bend^2.
 ///
-/// Why: semi-global matching compares blocks and smooths along rows and columns, so on a slanted or curved
-/// surface a pixel may be given the disparity of any place in its neighbourhood: uniform in the spread, hence
-/// the twelve. The image gradient, which rules the error of plain block matching, does not predict it.
+/// Why: on a plane, slanted or not, semi-global matching is as good as facing it: opposite neighbours err to
+/// both sides. What bends was flattened by the smoothing, or is the matcher's own noise, and the bend has the
+/// size of either: the errors on Motorcycle, aloe and Tsukuba grow with it steadily, and not with the slope.
+/// The image gradient, which rules the error of plain block matching, does not predict them.
 /// Neighbours beyond `jump` belong to another surface: a match that went to the wrong one of them is a gross
 /// error, which no Gaussian describes; its sigma is not widened.
 struct SigmaModel {

@@ -8,6 +8,7 @@
 
 #include "hal/error.h"
 #include "vision/disparity_sigma.h"
+#include "vision/match_weight.h"
 
 namespace headway::vision {
 namespace {
@@ -62,15 +63,21 @@ TEST(Compare, SurvivesNothingToCompare) {
   EXPECT_THROW(compare(flat(5, 5, 1), flat(5, 4, 1)), InputError);
 }
 
-TEST(Sigma, IsTheBaseOnAFlatSurfaceAndGrowsWithItsSlope) {
+TEST(Sigma, IsTheBaseOnAPlaneAndGrowsWithItsBend) {
   DisparityImage image = flat(20, 20, 10);
-  estimate_sigma({0.2, 2}, image);
-  EXPECT_FLOAT_EQ(image.sigma[image.index(10, 10)], 0.2F);
-  for (int v = 0; v < 20; ++v)
-    for (int u = 0; u < 20; ++u) image.values[image.index(u, v)] = 10 + 0.25F * static_cast<float>(u);
-  estimate_sigma({0.2, 2}, image);
-  // Two pixels to each side: a spread of 1 px.
-  EXPECT_FLOAT_EQ(image.sigma[image.index(10, 10)], std::sqrt(0.04F + 1 / 12.0F));
+  const auto bend = [&](float slope, float curvature) {
+    for (int v = 0; v < 20; ++v)
+      for (int u = 0; u < 20; ++u) {
+        const auto x = static_cast<float>(u - 10);
+        image.values[image.index(u, v)] = 10 + slope * x + curvature * x * x;
+      }
+    estimate_sigma({0.2, 1, 0}, image);
+    return image.sigma[image.index(10, 10)];
+  };
+  EXPECT_FLOAT_EQ(bend(0, 0), 0.2F);
+  EXPECT_NEAR(bend(0.25F, 0), 0.2F, 1e-5F);
+  // Two pixels to each side: the mean of the two lies 0.4 px off.
+  EXPECT_NEAR(bend(0.25F, 0.1F), std::sqrt(0.04F + 0.16F), 1e-5F);
 }
 
 TEST(Sigma, IsNotWidenedByAnotherSurfaceOrByGaps) {
@@ -94,7 +101,35 @@ RC_GTEST_PROP(Sigma, IsNeverBelowTheBaseNorAboveTheJump, (std::uint64_t seed)) {
   estimate_sigma({0.25, 2}, image);
   for (std::size_t i = 0; i < image.values.size(); ++i)
     if (!std::isnan(image.values[i]))
-      RC_ASSERT(image.sigma[i] >= 0.25F && image.sigma[i] <= std::sqrt(0.0625F + 16 / 12.0F) + 1e-5F);
+      RC_ASSERT(image.sigma[i] >= 0.25F && image.sigma[i] <= std::sqrt(0.0625F + 4) + 1e-5F);
+}
+
+TEST(Weight, FallsWithAmbiguityAndBesideStepsAndGaps) {
+  DisparityImage image = flat(30, 9, 10);
+  for (int v = 0; v < 9; ++v)
+    for (int u = 20; u < 30; ++u) image.values[image.index(u, v)] = 30;
+  image.values[image.index(5, 4)] = DisparityImage::kNone;
+  const auto weight = [&](float ambiguity, int u) {
+    image.ambiguity.assign(image.values.size(), ambiguity);
+    estimate_weight({}, image);
+    return image.weight[image.index(u, 4)];
+  };
+  for (float a = 0.05F; a < 1; a += 0.1F) {
+    EXPECT_GT(weight(a, 12), weight(a + 0.05F, 12));
+    EXPECT_GT(weight(a, 12), weight(a, 19)) << "beside a step";
+    EXPECT_GT(weight(a, 12), weight(a, 20)) << "on its other side";
+    EXPECT_GT(weight(a, 12), weight(a, 7)) << "beside a gap";
+    EXPECT_EQ(weight(a, 12), weight(a, 8)) << "three pixels off";
+    EXPECT_TRUE(std::isnan(weight(a, 5)));
+  }
+  EXPECT_GT(weight(0, 12), 0.99F);
+  EXPECT_GE(weight(1, 19), 0.35F);
+}
+
+TEST(Weight, IsEmptyWhereTheMatcherTellsNoAmbiguity) {
+  DisparityImage image = flat(5, 5, 3);
+  estimate_weight({}, image);
+  EXPECT_TRUE(image.weight.empty());
 }
 
 }  // namespace
