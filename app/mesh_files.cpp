@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "config/yaml_limits.h"
 #include "nav/whole_file.h"
 
 namespace headway::app {
@@ -19,7 +20,7 @@ std::string ply_header(const std::string& comment, std::size_t points) {
       "ply\nformat ascii 1.0\ncomment {}\nelement vertex {}\nproperty float x\nproperty float y\nproperty "
       "float "
       "z\n",
-      comment, points);
+      config::one_line(comment), points);
 }
 
 std::string ply_of(const vision::TriangleMesh& mesh, const std::string& comment) {
@@ -32,7 +33,7 @@ std::string ply_of(const vision::TriangleMesh& mesh, const std::string& comment)
 }
 
 std::string obj_of(const vision::TriangleMesh& mesh, const std::string& comment) {
-  std::string text = "# " + comment + "\n";
+  std::string text = "# " + config::one_line(comment) + "\n";
   for (const auto& p : mesh.corners) text += fmt::format("v {:.6g} {:.6g} {:.6g}\n", p.x(), p.y(), p.z());
   for (const auto& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
   return text;

@@ -1,8 +1,10 @@
 #include "vision/head_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -16,6 +18,7 @@ using config::Section;
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kLongestName = 64;
 
 // An ideal camera: square pixels, as many that `field_deg` spans the width from edge to edge.
 CameraIntrinsics intrinsics_from(const Section& section) {
@@ -28,9 +31,20 @@ CameraIntrinsics intrinsics_from(const Section& section) {
   return c;
 }
 
-HeadCamera camera_from(const Section& section) {
+// Names become folders and stand in the comments of files: a plain file name, and each only once.
+std::string name_from(const Section& section, std::set<std::string>& taken) {
+  std::string name = section.text("name");
+  const auto plain = [](unsigned char c) { return std::isgraph(c) != 0 && c != '/' && c != '\\'; };
+  if (name.size() > kLongestName || name.front() == '.' || !std::all_of(name.begin(), name.end(), plain))
+    section.fail("name", fmt::format("'{}', expected a plain file name of up to {} letters, digits and signs",
+                                     name, kLongestName));
+  if (!taken.insert(name).second) section.fail("name", fmt::format("'{}' is taken, expected another", name));
+  return name;
+}
+
+HeadCamera camera_from(const Section& section, std::set<std::string>& taken) {
   HeadCamera camera;
-  camera.name = section.text("name");
+  camera.name = name_from(section, taken);
   camera.intrinsics = intrinsics_from(section);
   const auto p = section.numbers("position", 3, {-1, 1, "m"});
   const double down = section.number("down_deg", {-90, 90, "deg"}) * kDegree;
@@ -55,13 +69,13 @@ std::size_t index_of(const std::vector<HeadCamera>& cameras, const Section& rig,
 }
 
 HeadRig rig_from(const Section& section, const std::vector<HeadCamera>& cameras,
-                 const std::vector<Section>& camera_sections) {
+                 const std::vector<Section>& camera_sections, std::set<std::string>& taken) {
   const std::size_t l = index_of(cameras, section, "left"), r = index_of(cameras, section, "right");
   const HeadCamera &left = cameras[l], &right = cameras[r];
   HeadRig out;
   out.head_from_left = left.head_from_camera;
   StereoRig& rig = out.rig;
-  rig.name = section.text("name");
+  rig.name = name_from(section, taken);
   rig.left = left.intrinsics, rig.right = right.intrinsics;
   rig.right_from_left = right.head_from_camera.inverse() * left.head_from_camera;
   rig.nearest = section.number("nearest", {0.05, 100, "m"});
@@ -80,8 +94,9 @@ CameraHead read_head(const std::filesystem::path& file) {
   CameraHead head;
   head.name = section.text("name");
   const auto cameras = section.sections("cameras"), rigs = section.sections("rigs");
-  for (const Section& camera : cameras) head.cameras.push_back(camera_from(camera));
-  for (const Section& rig : rigs) head.rigs.push_back(rig_from(rig, head.cameras, cameras));
+  std::set<std::string> of_cameras, of_rigs;
+  for (const Section& camera : cameras) head.cameras.push_back(camera_from(camera, of_cameras));
+  for (const Section& rig : rigs) head.rigs.push_back(rig_from(rig, head.cameras, cameras, of_rigs));
   if (rigs.empty())
     section.fail("rigs", "none, expected a list of pairs of cameras (name, left, right, ...)");
   section.finish();

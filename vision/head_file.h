@@ -28,7 +28,8 @@ struct CameraHead {
   std::vector<HeadRig> rigs;  ///< usable, at least one
 };
 
-/// Throws InputError `file:line: key: what, expected what`.
+/// Names of cameras and of rigs are plain file names, each given once. Throws InputError `file:line: key:
+/// what, expected what`.
 CameraHead read_head(const std::filesystem::path& file);
 
 }  // namespace headway::vision

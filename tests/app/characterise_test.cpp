@@ -163,5 +163,13 @@ TEST(MeshFiles, HoldAClosedSurface) {
   EXPECT_THAT(read_text(folder / "cube.ply"), HasSubstr("element face 12\n"));
 }
 
+TEST(MeshFiles, KeepTheirCommentOnOneLine) {
+  const TemporaryFolder folder;
+  for (const char* name : {"point.ply", "point.obj"}) {
+    write_mesh({{Eigen::Vector3d::Zero()}, {}}, "of a rig\nelement vertex 9", folder / name);
+    EXPECT_THAT(read_text(folder / name), HasSubstr("of a rig element vertex 9\n")) << name;
+  }
+}
+
 }  // namespace
 }  // namespace headway::app

@@ -86,6 +86,14 @@ TEST(CameraHead, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message_of("down_deg: 10", "down: 10"), HasSubstr("the key 'down_deg' is missing"));
   EXPECT_THAT(message_of("nearest: 0.8", "nearest: 0.1"),
               HasSubstr("head.yaml:14: rigs[0].nearest: 0.1 m: images"));
+  for (const char* name : {"/bottom", "../bottom", "..", "'two words'", "\"bottom\\nof it\""})
+    EXPECT_THAT(message_of("name: bottom,", std::string("name: ") + name + ","),
+                HasSubstr("head.yaml:14: rigs[0].name: '"))
+        << name;
+  EXPECT_THAT(message_of("name: top,", "name: bottom,"),
+              HasSubstr("head.yaml:15: rigs[1].name: 'bottom' is taken"));
+  EXPECT_THAT(message_of("name: top_left,", "name: bottom_left,"),
+              HasSubstr("cameras[2].name: 'bottom_left' is taken"));
   EXPECT_THAT(message_of("name: HRP-2", "colour: red\nname: HRP-2"), HasSubstr("colour: is not a key here"));
 }
 
