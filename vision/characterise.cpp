@@ -6,6 +6,7 @@
 #include <random>
 
 #include "vision/hull.h"
+#include "vision/triangulation.h"
 
 namespace headway::vision {
 
@@ -25,9 +26,12 @@ std::array<PolytopeSize, 3> sizes(const Rig& rig, double near, double far) {
   return out;
 }
 
-// Midway between the cameras, in the middle of the images' height.
-Vector3d on_axis(const RectifiedRig& rig, double z) {
-  return {rig.baseline / 2, ((rig.camera.height - 1) / 2.0 - rig.camera.cy) / rig.camera.focal * z, z};
+// Of a camera like `c` whose principal point lies `offset` pixels further right and which stands `baseline`
+// to the right of it.
+ProjectionMatrix projection(const PinholeCamera& c, double offset, double baseline) {
+  ProjectionMatrix p;
+  p << c.focal, 0, c.cx + offset, -c.focal * baseline, 0, c.focal, c.cy, 0, 0, 0, 1, 0;
+  return p;
 }
 
 // Resolution grows away from the axis: it is worst in a corner of the common view.
@@ -95,22 +99,33 @@ Characteristics characterise(const StereoRig& rig, const RectifiedRig& rectified
   return out;
 }
 
+Vector3d on_axis(const RectifiedRig& rig, double z) {
+  return {rig.baseline / 2, ((rig.camera.height - 1) / 2.0 - rig.camera.cy) / rig.camera.focal * z, z};
+}
+
 double measured_resolution(const RectifiedRig& rig, double z, int draws) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> disparity_error(0, rig.disparity_sigma);
   std::uniform_real_distribution<double> place(-0.5, 0.5);
-  const PinholeCamera& c = rig.camera;
+  const ProjectionMatrix left = projection(rig.camera, 0, 0),
+                         right = projection(rig.camera, rig.disparity_offset, rig.baseline);
   const Vector3d truth = on_axis(rig, z);
-  const double u = c.cx + c.focal * truth.x() / z, v = c.cy + c.focal * truth.y() / z;
+  const Eigen::Vector2d in_left = (left * truth.homogeneous()).hnormalized(),
+                        in_right = (right * truth.homogeneous()).hnormalized();
   Vector3d sum = Vector3d::Zero();
   Matrix3d squares = Matrix3d::Zero();
+  int count = 0;
   for (int i = 0; i < draws; ++i) {
-    const double depth = rig.depth(rig.disparity(z) + disparity_error(random));
-    const Vector3d error = c.point(u + place(random), v + place(random), depth) - truth;
-    sum += error, squares += error * error.transpose();
+    const Eigen::Vector2d inside(place(random), place(random)), wrong(disparity_error(random), 0);
+    const auto point =
+        triangulate(left, right, in_left + inside, in_right + inside - wrong, rig.disparity_sigma);
+    if (!point) continue;
+    const Vector3d away = point->position - truth;
+    sum += away, squares += away * away.transpose();
+    ++count;
   }
-  const Vector3d mean = sum / draws;
-  const Matrix3d covariance = squares / draws - mean * mean.transpose();
+  const Vector3d mean = sum / count;
+  const Matrix3d covariance = squares / count - mean * mean.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(solver.eigenvalues()(2));
 }

@@ -24,7 +24,7 @@ struct PolytopeSize {
 struct SightAt {
   double depth = 0;    ///< [m]
   FieldAngles angles;  ///< of the common view
-  double on_axis = 0;  ///< resolution [m] midway between the cameras
+  double on_axis = 0;  ///< resolution [m] at vision::on_axis
   double worst = 0;    ///< resolution [m] in the farthest corner of the common view; 0 without one
   double measured =
       0;  ///< on the axis, from triangulated draws: sqrt of their covariance's largest eigenvalue
@@ -54,9 +54,12 @@ Characteristics characterise(const StereoRig& rig, const RectifiedRig& rectified
                              const Eigen::Isometry3d& rectified_from_left,
                              const std::vector<double>& resolutions);
 
-/// The spread of `draws` points triangulated from one pixel at depth `z` on the middle axis: the place inside
-/// the pixel uniform, the disparity with the rig's sigma. sqrt of the largest eigenvalue of their covariance
-/// [m]. The same numbers are drawn every time.
+/// The place at depth `z` midway between the cameras, in the middle of the images' height [m].
+Eigen::Vector3d on_axis(const RectifiedRig& rig, double z);
+
+/// The spread of `draws` points that `triangulate` makes of the two pixels of on_axis(rig, z): their place
+/// inside a pixel uniform and common to both, the right one's column wrong by the rig's disparity sigma. sqrt
+/// of the largest eigenvalue of their covariance [m]. The same numbers are drawn every time.
 double measured_resolution(const RectifiedRig& rig, double z, int draws = 2000);
 
 /// The volume of a bounded polytope [m^3].

@@ -14,15 +14,23 @@ namespace headway::vision {
 namespace {
 
 TEST(Characterise, AgreesWithItselfOnEachOfOurRigs) {
-  for (const char* file :
-       {"hrp2/rigs/bottom.yaml", "hrp2/rigs/bottom_640.yaml", "rigs/middlebury_motorcycle.yaml"}) {
+  struct Ours {
+    const char* file;
+    PolytopeSize size;
+  };
+  // The images of the last one came rectified with principal points apart: beyond the depth where its middle
+  // columns cross, the other image bounds each side.
+  for (const auto& [file, size] : {Ours{"hrp2/rigs/bottom.yaml", {6, 8}},
+                                   {"hrp2/rigs/bottom_640.yaml", {6, 8}},
+                                   {"rigs/middlebury_motorcycle.yaml", {8, 12}}}) {
     const StereoRig rig = read_rig(source_dir() / "config" / file);
     const Rectifier rectifier(rig);
     const Characteristics c =
         characterise(rig, rectifier.rig(), rectifier.rectified_from_left(), {0.02, 0.05, 1});
     EXPECT_TRUE(is_minimal(c.field)) << file;
     EXPECT_TRUE(is_minimal(c.pairs.minimal, 1e-6)) << file;
-    EXPECT_EQ(c.rectified_sizes[2].rows, c.field.rows.size()) << file;
+    EXPECT_EQ(c.rectified_sizes[2].rows, size.rows) << file;
+    EXPECT_EQ(c.rectified_sizes[2].corners, size.corners) << file;
     EXPECT_GT(c.padded_share, 0) << file;
     EXPECT_LT(c.padded_share, 0.5) << file;
     for (const SightAt& s : c.sights) EXPECT_NEAR(s.measured / s.on_axis, 1, 0.05) << file;
@@ -30,6 +38,24 @@ TEST(Characterise, AgreesWithItselfOnEachOfOurRigs) {
     EXPECT_LT(c.resolved[0].farthest, c.resolved[1].farthest) << file;
     EXPECT_NEAR(c.resolved[2].farthest, rig.farthest, 1e-9) << file;
   }
+}
+
+// With the cameras turned towards each other all four sides of both images bound the field; near and far make
+// ten.
+TEST(Characterise, CountsTheHalfSpacesOfAVergedRig) {
+  StereoRig rig;
+  rig.name = "verged";
+  rig.left = {};
+  rig.left.width = 640, rig.left.height = 480, rig.left.fx = rig.left.fy = 600;
+  rig.left.cx = 319.5, rig.left.cy = 239.5;
+  rig.right = rig.left;
+  rig.right_from_left.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()));
+  rig.right_from_left.translation() << -0.2, 0, 0;
+  rig.nearest = 0.8, rig.farthest = 6;
+  const Rectifier rectifier(rig);
+  const Characteristics c = characterise(rig, rectifier.rig(), rectifier.rectified_from_left(), {});
+  EXPECT_EQ(c.mounted_sizes[2].rows, 10U);
+  EXPECT_EQ(c.mounted_sizes[2].corners, 16U);
 }
 
 TEST(MeasuredResolution, IsWhatTheFormulaSaysWhileErrorsAreSmall) {
