@@ -1,7 +1,6 @@
 // headway characterise: what a rig can see, and how precisely, before it has seen anything.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -10,12 +9,14 @@
 
 #include "app/commands.h"
 #include "app/drawing.h"
+#include "app/finite_range.h"
 #include "app/mesh_files.h"
 #include "app/report.h"
 #include "app/rig_pictures.h"
 #include "app/robot_file.h"
 #include "app/surface_picture.h"
 #include "hal/error.h"
+#include "vision/calibration_file.h"
 #include "vision/characterise.h"
 #include "vision/head_file.h"
 #include "vision/image_files.h"
@@ -67,8 +68,11 @@ struct CoveredTour {
 
 class Characterisation {
  public:
-  Characterisation(const CharacteriseOptions& options, const vision::StereoRig& rig)
+  /// `tilt_from_left`: where the rig's left camera sits, unless that is where the robot's own one does.
+  Characterisation(const CharacteriseOptions& options, const vision::StereoRig& rig,
+                   const std::optional<Eigen::Isometry3d>& tilt_from_left = std::nullopt)
       : options_(options), raw_(rig), robot_(read_robot(options.robot)) {
+    if (tilt_from_left) robot_.mission.neck.tilt_from_camera = *tilt_from_left;
     const vision::Rectifier rectifier(raw_);
     left_from_rectified_ = rectifier.rectified_from_left().inverse();
     rig_ = vision::characterise(raw_, rectifier.rig(), rectifier.rectified_from_left(), options.resolutions);
@@ -227,17 +231,14 @@ class Characterisation {
       fmt::print("{:>8.1f}", vision::field_angles(rig_.rectified, z).vertical / kDegree);
     fmt::print("{:>8}\n  {:<34}", 33, "resolution on the axis [mm]");
     for (const double z : at)
-      if (z < kFarAway) fmt::print("{:>8.1f}", 1e3 * resolution_at(z));
+      if (z < kFarAway)
+        fmt::print("{:>8.1f}", 1e3 * vision::resolution(rig_.rectified, vision::on_axis(rig_.rectified, z)));
     fmt::print("\n");
     for (const auto& resolved : rig_.resolved)
       fmt::print("  {:<34}{:>8.2f} m, {:.2f} m^3\n",
                  fmt::format("seen to {:g} mm: up to", resolved.resolution * 1e3), resolved.farthest,
                  vision::volume(resolved.polytope));
     fmt::print("\n");
-  }
-
-  double resolution_at(double z) const {
-    return vision::resolution(rig_.rectified, {rig_.rectified.baseline / 2, 0, z});
   }
 
   void say_tours() const {
@@ -324,11 +325,9 @@ class Characterisation {
 };
 
 /// Whether the file describes a head with several rigs (config/hrp2/head.yaml) and not one rig.
-bool describes_a_head(const fs::path& file) {
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);)
-    if (line.starts_with("rigs:")) return true;
-  return false;
+bool describes_a_head(const fs::path& path) {
+  std::error_code ec;
+  return fs::is_regular_file(path, ec) && vision::load_calibration(path).has("rigs");
 }
 
 /// Each rig in a folder of its own, and all of them together in one picture.
@@ -341,7 +340,7 @@ int characterise_head(const CharacteriseOptions& options) {
   for (const vision::HeadRig& rig : head.rigs) {
     CharacteriseOptions one = options;
     if (one.out) *one.out /= rig.rig.name;
-    Characterisation characterisation(one, rig.rig);
+    Characterisation characterisation(one, rig.rig, rig.head_from_left);
     characterisation.run();
     fields.push_back(characterisation.placed(rig.head_from_left));
     fmt::print("\n");
@@ -377,7 +376,7 @@ void add_characterise(CLI::App& app, Run& run) {
   command
       ->add_option("--resolution", options->resolutions,
                    "Largest standard deviation of the points in a field of its own")
-      ->check(CLI::Range(1e-5, 10.0))
+      ->check(finite_in(1e-5, 10))
       ->type_name("M")
       ->capture_default_str();
   command->add_option("--pair", options->pair, "A stereo pair that this rig took")

@@ -12,6 +12,8 @@
 #include "app/mesh_files.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
+#include "vision/head_file.h"
+#include "vision/rig_files.h"
 
 namespace headway::app {
 namespace {
@@ -28,9 +30,9 @@ struct Outcome {
 
 class Characterise : public testing::Test {
  protected:
-  Outcome run(const fs::path& rig, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"headway", "characterise", rig.string(), "--robot",
-                                       (kConfig / "hrp2/robot.yaml").string()};
+  Outcome run(const fs::path& rig, std::vector<std::string> more = {},
+              const fs::path& robot = kConfig / "hrp2/robot.yaml") {
+    std::vector<std::string> arguments{"headway", "characterise", rig.string(), "--robot", robot.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     std::vector<const char*> argv;
     for (const std::string& a : arguments) argv.push_back(a.c_str());
@@ -126,7 +128,33 @@ TEST_F(Characterise, ShowsTheRigsOfAHeadTogether) {
     EXPECT_TRUE(fs::exists(folder_ / "out" / rig / "report.json")) << rig;
 }
 
+// The other way to say where the upper pair sits: a rig of its own on a robot whose camera is there.
+TEST_F(Characterise, PlacesEachRigWhereTheHeadCarriesIt) {
+  ASSERT_EQ(run(kConfig / "hrp2/head.yaml", {"--out", out()}).code, kSuccess);
+  const auto on_head = nlohmann::json::parse(read_text(folder_ / "out/top/report.json"))["viewpoints"];
+  for (const vision::HeadRig& rig : vision::read_head(kConfig / "hrp2/head.yaml").rigs)
+    if (rig.rig.name == "top") vision::write_rig(rig.rig, folder_ / "top.yaml");
+  fs::copy(kConfig / "hrp2", folder_ / "robot", fs::copy_options::recursive);
+  std::string robot = read_text(folder_ / "robot/robot.yaml");
+  const std::string lower = "tilt_from_camera: [0.035, 0.072, 0.045]";
+  ASSERT_NE(robot.find(lower), std::string::npos);
+  write_text(folder_ / "robot/robot.yaml",
+             robot.replace(robot.find(lower), lower.size(), "tilt_from_camera: [0.010, 0.029, 0.115]"));
+  const auto viewpoints_on = [&](const fs::path& robot_file) {
+    const Outcome outcome = run(folder_ / "top.yaml", {"--out", (folder_ / "one").string()}, robot_file);
+    EXPECT_EQ(outcome.code, kSuccess) << outcome.error;
+    return nlohmann::json::parse(read_text(folder_ / "one/report.json"))["viewpoints"];
+  };
+  EXPECT_EQ(viewpoints_on(folder_ / "robot/robot.yaml"), on_head);
+  EXPECT_NE(viewpoints_on(kConfig / "hrp2/robot.yaml"), on_head) << "where the lower pair sits";
+}
+
 TEST_F(Characterise, SaysWhatIsWrong) {
+  for (const char* no_size : {"nan", "inf", "-1", "0.05m"})
+    EXPECT_THAT(run(rig_, {"--resolution", no_size}).error, HasSubstr("--resolution")) << no_size;
+  // A word that only begins like the key makes no head of a rig.
+  write_text(folder_ / "odd.yaml", "# two\nrigs : [1]\n");
+  EXPECT_THAT(run(folder_ / "odd.yaml").error, HasSubstr("odd.yaml:"));
   EXPECT_THAT(run(folder_ / "none.yaml").error, HasSubstr("none.yaml"));
   EXPECT_EQ(run(rig_, {"--resolution", "-1"}).code, kBadInput);
   EXPECT_EQ(run(rig_, {"--pair", "one.png"}).code, kBadInput);
