@@ -155,7 +155,10 @@ class MapRun {
     write_report(box);
     fmt::print("{}: {} points seen; report.json, map_view.png, map_above.png, floor.png, cloud.ply, map.bt\n",
                options_.out.string(), points_);
-    return kSuccess;
+    if (points_ > 0) return kSuccess;
+    fmt::print(stderr, "headway: {}: nothing was seen{}\n", options_.sequence.string(),
+               sequence_.skipped.empty() ? " between --near and --far" : "; " + sequence_.skipped.front());
+    return kNotReached;
   }
 
  private:
@@ -182,6 +185,10 @@ class MapRun {
 
   void integrate(const SequenceFrame& frame) {
     look_ = eyes_.look(frame);
+    if (look_.fault) {
+      sequence_.skipped.push_back(frame.name + ": " + look_.fault->what);
+      return;
+    }
     const Eigen::Isometry3d map_from_view = ground_.map_from_world * look_.world_from_view;
     Stopwatch watch;
     const nav::IntegrationStats stats = integrator_.integrate(*map_, *look_.view, map_from_view, frame.stamp);

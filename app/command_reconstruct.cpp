@@ -12,6 +12,7 @@
 #include "app/map_view.h"
 #include "app/pictures.h"
 #include "app/report.h"
+#include "app/sight_report.h"
 #include "hal/error.h"
 #include "hal/head_kinematics.h"
 #include "nav/cloud_file.h"
@@ -129,9 +130,13 @@ class Reconstruction {
     write_json(options_.out / "report.json", report_);
     write_json(options_.out / "timing.json", times_);
     fmt::print(
-        "{}: {} points, {:.1f} % of the pixels; report.json, depth.png, uncertainty.png, cloud.ply, map.bt\n",
-        options_.out.string(), report_["points"].dump(), 100 * report_["density"].get<double>());
-    return kSuccess;
+        "{}: {} points; {:.1f} % of the pixels matched; report.json, depth.png, uncertainty.png, cloud.ply, "
+        "map.bt\n",
+        options_.out.string(), report_["points"].dump(), 100 * matched_);
+    for (const vision::SightFinding& finding : eyes.sight().findings)
+      fmt::print(stderr, "headway: {}, {}: {}\n", options_.left.string(), options_.right.string(),
+                 finding.what);
+    return eyes.sight().fault() ? kNotReached : kSuccess;
   }
 
  private:
@@ -180,8 +185,9 @@ class Reconstruction {
   void describe(const vision::StereoVision& eyes, const vision::RangeView& view) {
     const auto& found = eyes.disparity().values;
     const auto matched = std::count_if(found.begin(), found.end(), [](float d) { return std::isfinite(d); });
-    report_["density"] =
-        rounded(static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, found.size())));
+    matched_ = static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, found.size()));
+    report_["density"] = rounded(matched_);
+    report_["sight"] = sight_report(eyes.sight());
     report_["near_m"] = view.near;
     report_["far_m"] = view.far;
     report_["frame"] = "the rectified left camera's, turned to x forward, y left, z up";
@@ -218,6 +224,7 @@ class Reconstruction {
   ReconstructOptions options_;
   std::optional<Progress> progress_{"reconstructing"};
   std::size_t stage_ = 0;
+  double matched_ = 0;  ///< share of all pixels
   Json report_ = Json::object(), times_ = Json::object();
 };
 

@@ -50,6 +50,7 @@ const vision::RangeView& SequenceEyes::see_pair(const SequenceFrame& frame, Look
   look.see_ms = watch.lap_ms();
   if (!stereo_->fault().empty()) throw InputError(frame.left.string() + ": " + stereo_->fault());
   look.left = &stereo_->rectified_left();
+  look.fault = stereo_->sight().fault();
   look.world_from_view = frame.world_from_camera * stereo_->left_from_rectified();
   return view;
 }

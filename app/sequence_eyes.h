@@ -25,8 +25,9 @@ class SequenceEyes {
                const vision::VisionConfig& vision = {});
 
   struct Look {
-    const vision::RangeView* view = nullptr;  ///< valid until the next look
-    const hal::GrayImage* left = nullptr;     ///< rectified; null for depth images
+    const vision::RangeView* view = nullptr;      ///< valid until the next look
+    const hal::GrayImage* left = nullptr;         ///< rectified; null for depth images
+    const vision::SightFinding* fault = nullptr;  ///< why depth from a pair is not to be trusted, if so
     Eigen::Isometry3d world_from_view = Eigen::Isometry3d::Identity();
     double read_ms = 0, see_ms = 0;
   };

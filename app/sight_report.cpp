@@ -1,0 +1,33 @@
+#include "app/sight_report.h"
+
+namespace headway::app {
+
+namespace {
+
+Json camera(const vision::CameraSight& sight) {
+  return {{"brightness", rounded(sight.brightness, 1)},
+          {"black", rounded(sight.black)},
+          {"white", rounded(sight.white)},
+          {"texture", rounded(sight.texture)},
+          {"sharpness", rounded(sight.sharpness)}};
+}
+
+}  // namespace
+
+Json sight_report(const vision::SightReport& sight) {
+  Json findings = Json::array();
+  for (const vision::SightFinding& finding : sight.findings) {
+    findings.push_back({{"severity", finding.severity == vision::Severity::kFault ? "fault" : "warning"},
+                        {"what", finding.what}});
+  }
+  return {{"left", camera(sight.left)},
+          {"right", camera(sight.right)},
+          {"pieces_looked_for", sight.pair.looked_for},
+          {"pieces_found", sight.pair.found},
+          {"row_error_px", rounded(sight.pair.row_error, 3)},
+          {"row_offset_px", rounded(sight.pair.row_offset, 3)},
+          {"behind_infinity", rounded(sight.pair.behind_infinity)},
+          {"findings", findings}};
+}
+
+}  // namespace headway::app
