@@ -1,6 +1,7 @@
 #include "vision/census.h"
 
 #include <algorithm>
+#include <iterator>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "vision/census.cpp"
@@ -23,34 +24,41 @@ constexpr Pair kPairs[Census::kBits] = {
     {-1, -1, 0, 0}, {0, -1, 0, 0},  {1, -1, 0, 0},  {-1, 0, 0, 0},  {1, 0, 0, 0},   {-1, 1, 0, 0},
     {0, 1, 0, 0},   {1, 1, 0, 0},   {-2, -2, 0, 0}, {2, -2, 0, 0},  {-2, 2, 0, 0},  {2, 2, 0, 0}};
 
-/// One row of the three planes of comparisons. `centre` points into an image with border; `turn` is -1 in a
-/// mirror image, where the window is mirrored with it.
-void compare_row(const std::uint8_t* centre, std::ptrdiff_t pitch, int turn, int width,
-                 std::uint8_t* const* planes) {
-  const hn::ScalableTag<std::uint8_t> d;
+/// One row of the planes of comparisons. `centre` points into an image with border; kTurn is -1 in a mirror
+/// image, where the window is mirrored with it.
+template <int kTurn>
+void compare_row(const std::int8_t* centre, std::ptrdiff_t pitch, int width, std::uint8_t* const* planes) {
+  const hn::ScalableTag<std::int8_t> d;
+  const hn::RebindToUnsigned<decltype(d)> bytes;
+  const std::int8_t* rows[] = {centre - 2 * pitch, centre - pitch, centre, centre + pitch,
+                               centre + 2 * pitch};
+  std::uint8_t* out[] = {planes[0], planes[1], planes[2]};
   for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(d))) {
-    for (int plane = 0; plane < 3; ++plane) {
+    const auto at = [&](int right, int down)
+                        HWY_ATTR { return hn::LoadU(d, rows[2 + down] + x + kTurn * right); };
+    HWY_UNROLL(3)
+    for (int plane = 0; plane < Census::kBitPlanes; ++plane) {
       auto bits = hn::Zero(d);
+      HWY_UNROLL(8)
       for (int bit = 0; bit < 8; ++bit) {
         const Pair& p = kPairs[8 * plane + bit];
-        const auto a = hn::LoadU(d, centre + x + p.ay * pitch + turn * p.ax);
-        const auto b = hn::LoadU(d, centre + x + p.by * pitch + turn * p.bx);
-        bits =
-            hn::Or(bits, hn::IfThenElseZero(hn::Gt(a, b), hn::Set(d, static_cast<std::uint8_t>(1 << bit))));
+        const auto weight = hn::Set(d, static_cast<std::int8_t>(1 << bit));
+        bits = hn::Or(bits, hn::IfThenElseZero(hn::Gt(at(p.ax, p.ay), at(p.bx, p.by)), weight));
       }
-      hn::StoreU(bits, d, planes[plane] + x);
+      hn::StoreU(hn::BitCast(bytes, bits), bytes, out[plane] + x);
     }
   }
 }
 
 /// One row of the plane of slopes.
-void slope_row(const std::uint8_t* centre, std::ptrdiff_t pitch, int turn, int width, std::uint8_t* out) {
+void slope_row(const std::int8_t* centre, std::ptrdiff_t pitch, int turn, int width, std::uint8_t* out) {
   const hn::ScalableTag<std::int16_t> d;
-  const hn::Rebind<std::uint8_t, decltype(d)> bytes;
+  const hn::Rebind<std::int8_t, decltype(d)> bytes;
+  const hn::Rebind<std::uint8_t, decltype(d)> out_bytes;
   const auto cap = hn::Set(d, Census::kSteepest);
   for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(d))) {
     const auto rise = [&](std::ptrdiff_t row) HWY_ATTR {
-      const std::uint8_t* p = centre + x + row * pitch;
+      const std::int8_t* p = centre + x + row * pitch;
       return hn::Sub(hn::PromoteTo(d, hn::LoadU(bytes, p + turn)),
                      hn::PromoteTo(d, hn::LoadU(bytes, p - turn)));
     };
@@ -58,16 +66,19 @@ void slope_row(const std::uint8_t* centre, std::ptrdiff_t pitch, int turn, int w
     const auto sobel = hn::Add(hn::Add(rise(-1), rise(1)), hn::Add(middle, middle));
     const auto quarter = hn::ShiftRight<2>(hn::Add(sobel, hn::Set(d, 2)));
     const auto cut = hn::Max(hn::Min(quarter, cap), hn::Neg(cap));
-    hn::StoreU(hn::DemoteTo(bytes, hn::Add(cut, hn::Set(d, Census::kLevel))), bytes, out + x);
+    hn::StoreU(hn::DemoteTo(out_bytes, hn::Add(cut, hn::Set(d, Census::kLevel))), out_bytes, out + x);
   }
 }
 
 }  // namespace
 
-void CensusRow(const std::uint8_t* centre, std::ptrdiff_t pitch, int turn, int width,
+void CensusRow(const std::int8_t* centre, std::ptrdiff_t pitch, int turn, int width,
                std::uint8_t* const* planes) {
-  compare_row(centre, pitch, turn, width, planes);
-  slope_row(centre, pitch, turn, width, planes[3]);
+  if (turn > 0)
+    compare_row<1>(centre, pitch, width, planes);
+  else
+    compare_row<-1>(centre, pitch, width, planes);
+  slope_row(centre, pitch, turn, width, planes[Census::kSlopePlane]);
 }
 
 }  // namespace headway::vision::HWY_NAMESPACE
@@ -90,23 +101,24 @@ void Census::compute(const hal::GrayImage& image, bool mirrored, int margin) {
   const std::size_t padded_pitch = width + 2 * kBorder + kWidestVector;
   margin_ = static_cast<std::size_t>(margin);
   pitch_ = width + 2 * margin_ + kWidestVector;
-  for (auto& plane : planes_) plane.resize(pitch_ * height);
+  planes_.resize(pitch_ * height * kPlanes);
   padded_.resize(padded_pitch * (height + 2 * kBorder));
 
   for (std::size_t row = 0; row < height + 2 * kBorder; ++row) {
     const std::size_t y = std::min(row < kBorder ? 0 : row - kBorder, height - 1);
     const std::uint8_t* from = image.pixels.data() + y * width;
-    std::uint8_t* to = padded_.data() + row * padded_pitch;
+    std::int8_t* to = padded_.data() + row * padded_pitch;
+    const auto less_128 = [](std::uint8_t grey) { return static_cast<std::int8_t>(grey - 128); };
     if (mirrored)
-      std::reverse_copy(from, from + width, to + kBorder);
+      std::transform(from, from + width, std::make_reverse_iterator(to + kBorder + width), less_128);
     else
-      std::copy(from, from + width, to + kBorder);
+      std::transform(from, from + width, to + kBorder, less_128);
     std::fill_n(to, kBorder, to[kBorder]);
     std::fill_n(to + kBorder + width, kBorder + kWidestVector, to[kBorder + width - 1]);
   }
   for (std::size_t y = 0; y < height; ++y) {
     std::uint8_t* rows[kPlanes];
-    for (std::size_t p = 0; p < kPlanes; ++p) rows[p] = planes_[p].data() + y * pitch_ + margin_;
+    for (std::size_t p = 0; p < kPlanes; ++p) rows[p] = planes_.data() + (y * kPlanes + p) * pitch_ + margin_;
     HWY_DYNAMIC_DISPATCH(CensusRow)
     (padded_.data() + (y + kBorder) * padded_pitch + kBorder, static_cast<std::ptrdiff_t>(padded_pitch),
      mirrored ? -1 : 1, image.width, rows);

@@ -2,7 +2,6 @@
 // steep the image is there. Neither changes when one camera is brighter than the other.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,7 +16,8 @@ namespace headway::vision {
 /// +-kSteepest, plus 128. Beyond the image's border its outermost pixels go on.
 class Census {
  public:
-  static constexpr int kPlanes = 4, kBits = 24, kSteepest = 12, kLevel = 128;
+  static constexpr int kBits = 24, kBitPlanes = 3, kSlopePlane = 3, kPlanes = 4;
+  static constexpr int kSteepest = 12, kLevel = 128;
   static constexpr int kLargestDistance = kBits + kSteepest;  ///< of two pixels
 
   /// Of `image`, or of its mirror image (x counted from the right). Before the first and after the last pixel
@@ -25,15 +25,16 @@ class Census {
   /// one size.
   void compute(const hal::GrayImage& image, bool mirrored, int margin);
 
-  /// The first pixel of a row of a plane.
+  /// The first pixel of a row of a plane. The row of the next plane is pitch() bytes on.
   const std::uint8_t* row(int plane, int y) const {
-    return planes_[static_cast<std::size_t>(plane)].data() + static_cast<std::size_t>(y) * pitch_ + margin_;
+    return planes_.data() + static_cast<std::size_t>(y * kPlanes + plane) * pitch_ + margin_;
   }
+  std::ptrdiff_t pitch() const { return static_cast<std::ptrdiff_t>(pitch_); }
 
  private:
   std::size_t pitch_ = 0, margin_ = 0;
-  std::array<std::vector<std::uint8_t>, kPlanes> planes_;
-  std::vector<std::uint8_t> padded_;  // the image with a border of two pixels
+  std::vector<std::uint8_t> planes_;  // row by row, all planes of each
+  std::vector<std::int8_t> padded_;   // the image less 128, with a border of two pixels
 };
 
 }  // namespace headway::vision

@@ -16,21 +16,27 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Medians of as many neighbouring pixels as D has lanes: the exchanges that bring the middle of nine to its
-/// place (N. Devillard, "Fast median search", 1998).
+template <class V>
+struct Sorted {
+  V low, middle, high;
+};
+
+template <class V>
+HWY_INLINE Sorted<V> sorted(V a, V b, V c) {
+  const V low = hn::Min(a, b), high = hn::Max(a, b);
+  return {hn::Min(low, c), hn::Max(low, hn::Min(high, c)), hn::Max(high, c)};
+}
+
+/// Medians of as many neighbouring pixels as D has lanes. Of nine numbers in three sorted columns the median
+/// is that of the highest low, the middle middle and the lowest high one.
 template <class D>
 HWY_INLINE void medians(D d, const std::int16_t* const* rows, int x, std::int16_t* out) {
-  static constexpr int kExchanges[19][2] = {{1, 2}, {4, 5}, {7, 8}, {0, 1}, {3, 4}, {6, 7}, {1, 2},
-                                            {4, 5}, {7, 8}, {0, 3}, {5, 8}, {4, 7}, {3, 6}, {1, 4},
-                                            {2, 5}, {4, 7}, {4, 2}, {6, 4}, {4, 2}};
-  hn::Vec<D> v[9];
-  for (int i = 0; i < 9; ++i) v[i] = hn::LoadU(d, rows[i / 3] + x + i % 3 - 1);
-  for (const auto& [a, b] : kExchanges) {
-    const auto lower = hn::Min(v[a], v[b]);
-    v[b] = hn::Max(v[a], v[b]);
-    v[a] = lower;
-  }
-  hn::StoreU(v[4], d, out + x);
+  const auto column = [&](int at) HWY_ATTR {
+    return sorted(hn::LoadU(d, rows[0] + at), hn::LoadU(d, rows[1] + at), hn::LoadU(d, rows[2] + at));
+  };
+  const auto a = column(x - 1), b = column(x), c = column(x + 1);
+  const auto low = hn::Max(hn::Max(a.low, b.low), c.low), high = hn::Min(hn::Min(a.high, b.high), c.high);
+  hn::StoreU(sorted(low, sorted(a.middle, b.middle, c.middle).middle, high).middle, d, out + x);
 }
 
 }  // namespace

@@ -41,10 +41,9 @@ void Sgm::prepare(const SgmSearch& s, const SgmPenalties& p) {
   f.width = s.width, f.lowest = s.lowest, f.count = s.count, f.padded = padded_count(s.count);
   f.first_column = s.first_column, f.end_column = s.end_column;
   f.p1 = static_cast<std::uint8_t>(p.p1);
-  f.largest_slope_cost = Census::kSteepest;
-  for (int step = 0; step < 256; ++step)
-    f.p2[static_cast<std::size_t>(step)] =
-        static_cast<std::uint8_t>(std::max(p.p2_least, p.p2 * p.p2_edge / (p.p2_edge + step)));
+  for (int step = -255; step <= 255; ++step)
+    f.p2[static_cast<std::size_t>(255 + step)] =
+        static_cast<std::uint8_t>(std::max(p.p2_least, p.p2 * p.p2_edge / (p.p2_edge + std::abs(step))));
   kernels_ = sgm_kernels(f.padded);
 
   const auto width = static_cast<std::size_t>(s.width), padded = static_cast<std::size_t>(f.padded);
@@ -57,7 +56,9 @@ void Sgm::prepare(const SgmSearch& s, const SgmPenalties& p) {
   const std::size_t blocks = both_ways ? (height + rows - 1) / rows : 0;
   const std::size_t state = rounded_up(state_size(f)), volume = rounded_up(rows * width * padded);
   const std::size_t line = rounded_up(width + padded);
-  memory_.resize(kAlignment + rounded_up(3 * padded) + (2 + blocks) * state + 2 * volume + 6 * line);
+  const std::size_t scratch = rounded_up(static_cast<std::size_t>(kScratchRows * scratch_pitch(f)));
+  memory_.resize(kAlignment + rounded_up(3 * padded) + (2 + blocks) * state + 2 * volume + 6 * line +
+                 scratch);
 
   std::uint8_t* at =
       memory_.data() + (kAlignment - reinterpret_cast<std::uintptr_t>(memory_.data()) % kAlignment);
@@ -65,7 +66,7 @@ void Sgm::prepare(const SgmSearch& s, const SgmPenalties& p) {
   std::uint8_t* outside = take(rounded_up(3 * padded));
   std::memset(outside, kOutsideCost, 3 * padded);
   std::memset(outside + padded, 0, padded);
-  f.outside = outside;
+  f.outside = outside, f.scratch = take(scratch);
   down_ = take(state), up_ = take(state), saved_ = take(blocks * state);
   costs_ = take(volume), sums_ = take(volume);
   row_ = {take(line), take(line), take(line), take(line), take(line), take(line) + padded};
@@ -85,26 +86,30 @@ SgmRowInput Sgm::input(const hal::GrayImage& left, int y, int before) const {
 }
 
 void Sgm::finish_row(int y, SgmResult& result) const {
-  const SgmFacts& f = facts_;
-  const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(y) * f.width;
+  // Local, for bytes that are stored may lie anywhere else.
+  const SgmRowOutput row = row_;
+  const int first = facts_.first_column, end = facts_.end_column, width = facts_.width,
+            lowest = facts_.lowest;
+  const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(y) * width;
   std::int16_t* disparity = result.disparity.data() + start;
-  for (int x = f.first_column; x < f.end_column; ++x)
-    disparity[x] = static_cast<std::int16_t>(16 * row_.winner[x] +
-                                             offset_16(row_.below[x], row_.least[x], row_.above[x]));
-  std::copy(row_.least + f.first_column, row_.least + f.end_column,
-            result.least.data() + start + f.first_column);
-  std::copy(row_.second + f.first_column, row_.second + f.end_column,
-            result.second.data() + start + f.first_column);
+  for (int x = first; x < end; ++x)
+    disparity[x] =
+        static_cast<std::int16_t>(16 * row.winner[x] + offset_16(row.below[x], row.least[x], row.above[x]));
+  std::copy(row.least + first, row.least + end, result.least.data() + start + first);
+  std::copy(row.second + first, row.second + end, result.second.data() + start + first);
   std::uint8_t* disagreement = result.disagreement.data() + start;
-  const auto flat = [&, bits = std::array{left_.row(0, y), left_.row(1, y), left_.row(2, y)},
-                     slope = left_.row(3, y)](int x) {
-    return (bits[0][x] | bits[1][x] | bits[2][x]) == 0 && slope[x] == Census::kLevel;
-  };
-  for (int x = f.first_column; x < f.end_column; ++x) {
-    const int winner = row_.winner[x], partner = x - f.lowest - winner;
-    const bool inside = partner >= 0 && partner < f.width && !flat(x);
-    disagreement[x] = inside ? static_cast<std::uint8_t>(std::abs(row_.right_winner[x - winner] - winner))
-                             : SgmResult::kOutside;
+  for (int x = first; x < end; ++x) {
+    const int winner = row.winner[x], partner = x - lowest - winner;
+    const bool inside = partner >= 0 && partner < width;
+    const int apart = std::abs(row.right_winner[x - winner] - winner);
+    disagreement[x] = inside ? static_cast<std::uint8_t>(apart) : SgmResult::kOutside;
+  }
+  const std::uint8_t* planes = left_.row(0, y);
+  const std::ptrdiff_t pitch = left_.pitch();
+  for (int x = first; x < end; ++x) {
+    std::uint8_t shown = planes[Census::kSlopePlane * pitch + x] ^ Census::kLevel;
+    for (int plane = 0; plane < Census::kBitPlanes; ++plane) shown |= planes[plane * pitch + x];
+    disagreement[x] = shown ? disagreement[x] : SgmResult::kOutside;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "vision/sgm_rows.h"
 
+#include <bit>
 #include <cstdlib>
 
 #undef HWY_TARGET_INCLUDE
@@ -23,17 +24,26 @@ constexpr int kBlock = 32;  // disparities; kernels are made for multiples of it
 
 HWY_INLINE V set(int value) { return hn::Set(d, static_cast<std::uint8_t>(value)); }
 
-// Four things that depend on the width of vectors: with_first_of(v, next) is v without its first byte and
+/// How many of four bits differ: those of the row's number from those of the column's.
+struct Differences {
+  alignas(16) std::uint8_t rows[16][16];
+  constexpr Differences() : rows() {
+    for (unsigned a = 0; a < 16; ++a)
+      for (unsigned b = 0; b < 16; ++b) rows[a][b] = static_cast<std::uint8_t>(std::popcount(a ^ b));
+  }
+};
+constexpr Differences kDifferences;
+
+// Five things that depend on the width of vectors: with_first_of(v, next) is v without its first byte and
 // with that of the next vector; with_last_of(v, previous) the opposite; least_byte the least byte in every
-// byte; bits_set the bits set in each byte of three vectors.
+// byte; differing(from(a), b) how many bits of each byte of b differ from those of a, of four bits both.
 #if HWY_TARGET == HWY_SCALAR
 
 HWY_INLINE V with_first_of(V, V next) { return next; }
 HWY_INLINE V with_last_of(V, V previous) { return previous; }
 HWY_INLINE V least_byte(V v) { return v; }
-HWY_INLINE V bits_set(V a, V b, V c) {
-  return hn::Add(hn::Add(hn::PopulationCount(a), hn::PopulationCount(b)), hn::PopulationCount(c));
-}
+HWY_INLINE V from(std::uint8_t sixteenfold) { return set(sixteenfold >> 4); }
+HWY_INLINE V differing(V from, V bits) { return hn::PopulationCount(hn::Xor(from, bits)); }
 
 #else
 
@@ -53,37 +63,27 @@ HWY_INLINE V least_byte(V v) {
   const hn::CappedTag<std::uint8_t, 16> half;
   const hn::RepartitionToWide<decltype(half)> pairs;
 #if HWY_MAX_BYTES >= 32
-  hn::Vec<decltype(half)> h = hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v));
+  const auto h = hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v));
 #else
-  V h = v;
+  const V h = v;
 #endif
-  h = hn::Min(h,
-              hn::BitCast(half, hn::ShiftRight<8>(hn::BitCast(pairs, h))));  // in the lower byte of each pair
-  h = hn::BitCast(half, hn::MinOfLanes(pairs, hn::BitCast(pairs, h)));
-  h = hn::TableLookupBytes(h, hn::Zero(half));
-#if HWY_MAX_BYTES >= 32
-  return hn::Combine(d, h, h);
+  // In the lower byte of each pair.
+  const auto low = hn::Min(h, hn::BitCast(half, hn::ShiftRight<8>(hn::BitCast(pairs, h))));
+#if HWY_ARCH_X86 && HWY_MAX_BYTES >= 32
+  return V{_mm256_broadcastb_epi8(_mm_minpos_epu16(low.raw))};  // Highway would take five instructions more
 #else
-  return h;
+  const auto all = hn::MinOfLanes(pairs, hn::BitCast(pairs, low));
+  const auto least = hn::TableLookupBytes(hn::BitCast(half, all), hn::Zero(half));
+#if HWY_MAX_BYTES >= 32
+  return hn::Combine(d, least, least);
+#else
+  return least;
+#endif
 #endif
 }
 
-// A carry-save adder first, so that two look-ups do for three vectors.
-HWY_INLINE V bits_set(V a, V b, V c) {
-  const hn::Repartition<std::uint16_t, D> wide;
-  alignas(16) static constexpr std::uint8_t kOnes[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
-  alignas(16) static constexpr std::uint8_t kTwos[16] = {0, 2, 2, 4, 2, 4, 4, 6, 2, 4, 4, 6, 4, 6, 6, 8};
-  const V once = hn::LoadDup128(d, kOnes), twice = hn::LoadDup128(d, kTwos), nibble = set(15);
-  const V either = hn::Xor(a, b);
-  const V ones = hn::Xor(either, c), twos = hn::Or(hn::And(a, b), hn::And(either, c));
-  const auto high = [&](V v) HWY_ATTR {
-    return hn::And(hn::BitCast(d, hn::ShiftRight<4>(hn::BitCast(wide, v))), nibble);
-  };
-  const V low_sum = hn::Add(hn::TableLookupBytes(once, hn::And(ones, nibble)),
-                            hn::TableLookupBytes(twice, hn::And(twos, nibble)));
-  const V high_sum = hn::Add(hn::TableLookupBytes(once, high(ones)), hn::TableLookupBytes(twice, high(twos)));
-  return hn::Add(low_sum, high_sum);
-}
+HWY_INLINE V from(std::uint8_t sixteenfold) { return hn::LoadDup128(d, kDifferences.rows[0] + sixteenfold); }
+HWY_INLINE V differing(V from, V bits) { return hn::TableLookupBytes(from, bits); }
 
 #endif
 
@@ -141,23 +141,6 @@ HWY_INLINE Pixel<kBlocks> previous(const Pixel<kBlocks>& p, V first) {
   return out;
 }
 
-template <int kBlocks>
-HWY_INLINE Pixel<kBlocks> cost(const SgmFacts& f, const SgmRowInput& row, int x) {
-  const V a = set(row.left[0][x]), b = set(row.left[1][x]), c = set(row.left[2][x]),
-          slope = set(row.left[3][x]);
-  const V cap = set(f.largest_slope_cost);
-  Pixel<kBlocks> out;
-  for (int i = 0; i < out.kVectors; ++i) {
-    const auto right = [&](std::size_t plane)
-                           HWY_ATTR { return hn::LoadU(d, row.right[plane] - x + i * kLanes); };
-    const V other = right(3);
-    const V apart = hn::Or(hn::SaturatedSub(slope, other), hn::SaturatedSub(other, slope));
-    const V census = bits_set(hn::Xor(a, right(0)), hn::Xor(b, right(1)), hn::Xor(c, right(2)));
-    out.v[i] = hn::Add(hn::Min(apart, cap), census);
-  }
-  return out;
-}
-
 /// For columns whose search leaves the right image: at least kOutsideCost where it does.
 template <int kBlocks>
 HWY_INLINE void mark_outside(const SgmFacts& f, int x, Pixel<kBlocks>& p) {
@@ -170,13 +153,66 @@ HWY_INLINE void mark_outside(const SgmFacts& f, int x, Pixel<kBlocks>& p) {
     p.v[i] = hn::Max(p.v[i], hn::Max(hn::LoadU(d, low + i * kLanes), hn::LoadU(d, high + i * kLanes)));
 }
 
+/// Of the columns of one row. Comparisons are looked up by fours, which the constructor takes apart.
 template <int kBlocks>
-HWY_INLINE Pixel<kBlocks> checked_cost(const SgmFacts& f, const SgmRowInput& row, int x) {
-  Pixel<kBlocks> p = cost<kBlocks>(f, row, x);
-  const int reach = x - f.lowest;
-  if (HWY_UNLIKELY(reach < f.padded - 1 || reach > f.width - 1 || f.count < f.padded)) mark_outside(f, x, p);
-  return p;
-}
+class Costs {
+ public:
+  static constexpr int kHalves = 2 * Census::kBitPlanes;
+
+  HWY_INLINE Costs(const SgmFacts& facts, const SgmRowInput& row)
+      : f_(facts),
+        pitch_(scratch_pitch(facts)),
+        left_(facts.scratch),
+        right_(facts.scratch + kHalves * pitch_ + (facts.end_column - 1)),
+        left_slope_(row.left[Census::kSlopePlane]),
+        right_slope_(row.right[Census::kSlopePlane]),
+        inside_(facts.lowest + facts.padded - 1),
+        inside_columns_(facts.count == facts.padded ? facts.width - facts.padded + 1 : 0) {
+    const int first = f_.first_column, end = f_.end_column;
+    for (std::size_t plane = 0; plane < Census::kBitPlanes; ++plane) {
+      std::uint8_t *low = facts.scratch + 2 * static_cast<int>(plane) * pitch_, *high = low + pitch_;
+      for (int x = first; x < end; x += kLanes) {
+        const V v = hn::LoadU(d, row.left[plane] + x);
+        hn::StoreU(hn::ShiftLeft<4>(v), d, low + x);
+        hn::StoreU(hn::And(v, set(0xF0)), d, high + x);
+      }
+      low += kHalves * pitch_, high += kHalves * pitch_;
+      const std::uint8_t* from = row.right[plane] - (end - 1);
+      for (int i = 0; i < end - first + f_.padded; i += kLanes) {
+        const V v = hn::LoadU(d, from + i);
+        hn::StoreU(hn::And(v, set(0x0F)), d, low + i);
+        hn::StoreU(hn::ShiftRight<4>(v), d, high + i);
+      }
+    }
+  }
+
+  HWY_INLINE Pixel<kBlocks> at(int x) const {
+    Pixel<kBlocks> p = inside(x);
+    if (HWY_UNLIKELY(x < inside_ || x >= inside_ + inside_columns_)) mark_outside(f_, x, p);
+    return p;
+  }
+
+ private:
+  HWY_INLINE Pixel<kBlocks> inside(int x) const {
+    V census[kHalves];
+    for (int half = 0; half < kHalves; ++half) census[half] = from(left_[x + half * pitch_]);
+    const V slope = set(left_slope_[x]), cap = set(Census::kSteepest);
+    Pixel<kBlocks> out;
+    for (int i = 0; i < out.kVectors; ++i) {
+      const V other = hn::LoadU(d, right_slope_ - x + i * kLanes);
+      V sum = hn::Min(hn::Or(hn::SaturatedSub(slope, other), hn::SaturatedSub(other, slope)), cap);
+      for (int half = 0; half < kHalves; ++half)
+        sum = hn::Add(sum, differing(census[half], hn::LoadU(d, right_ + half * pitch_ - x + i * kLanes)));
+      out.v[i] = sum;
+    }
+    return out;
+  }
+
+  const SgmFacts& f_;
+  const std::ptrdiff_t pitch_;
+  const std::uint8_t *left_, *right_, *left_slope_, *right_slope_;
+  const int inside_, inside_columns_;  // first and number of those whose search stays in the right image
+};
 
 /// A path along the row, in registers. `costs` are not yet lowered by their minimum: finding that takes
 /// longest, and so it runs beside the rest.
@@ -213,7 +249,7 @@ HWY_INLINE Pixel<kBlocks> step_in_memory(std::uint8_t* state, const Pixel<kBlock
 }
 
 HWY_INLINE V jump_between(const SgmFacts& f, std::uint8_t one, std::uint8_t other) {
-  return set(f.p2[static_cast<std::size_t>(std::abs(int{one} - int{other}))]);
+  return set(f.p2[std::size_t{255} + one - other]);
 }
 
 template <int kBlocks>
@@ -224,8 +260,10 @@ HWY_INLINE std::uint8_t* state_at(std::uint8_t* state, int x) {
 template <int kBlocks>
 void vertical(const SgmFacts& f, const SgmRowInput& row, std::uint8_t* state) {
   const V p1 = set(f.p1);
-  for (int x = f.first_column; x < f.end_column; ++x)
-    step_in_memory(state_at<kBlocks>(state, x), checked_cost<kBlocks>(f, row, x), p1,
+  const Costs<kBlocks> costs(f, row);
+  const int end = f.end_column;
+  for (int x = f.first_column; x < end; ++x)
+    step_in_memory(state_at<kBlocks>(state, x), costs.at(x), p1,
                    jump_between(f, row.grey[x], row.grey_before[x]));
 }
 
@@ -233,10 +271,12 @@ template <int kBlocks>
 void forward(const SgmFacts& f, const SgmRowInput& row, std::uint8_t* state, std::uint8_t* costs,
              std::uint8_t* sums) {
   const V p1 = set(f.p1);
+  const Costs<kBlocks> found(f, row);
   RowPath<kBlocks> path;
   path.start();
-  for (int x = f.first_column; x < f.end_column; ++x) {
-    const Pixel<kBlocks> c = checked_cost<kBlocks>(f, row, x);
+  const int end = f.end_column;
+  for (int x = f.first_column; x < end; ++x) {
+    const Pixel<kBlocks> c = found.at(x);
     path.step(c, p1, jump_between(f, row.grey[x], row.grey[HWY_MAX(x - 1, 0)]));
     Pixel<kBlocks> sum =
         step_in_memory(state_at<kBlocks>(state, x), c, p1, jump_between(f, row.grey[x], row.grey_before[x]));

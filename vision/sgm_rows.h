@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "vision/census.h"
+
 namespace headway::vision {
 
 /// A cost above all that a pixel inside the right image can come to, for those outside of it: never the
@@ -18,16 +20,21 @@ constexpr std::uint8_t kOutsideCost = 128;
 struct SgmFacts {
   int width = 0, lowest = 0, count = 0, padded = 0;
   int first_column = 0, end_column = 0;
-  std::uint8_t p1 = 0, largest_slope_cost = 0;
-  std::array<std::uint8_t, 256> p2{};     ///< by the difference of grey values
+  std::uint8_t p1 = 0;
+  std::array<std::uint8_t, 511> p2{};     ///< by the difference of grey values, -255 to 255
   const std::uint8_t* outside = nullptr;  ///< `padded` bytes of kOutsideCost, of 0, and again of kOutsideCost
+  std::uint8_t* scratch = nullptr;        ///< kScratchRows rows of scratch_pitch() bytes
 };
 
-/// One row of the images: the four planes of the left one at column 0, those of the right one where the
-/// partner of column 0 at the lowest disparity lies (higher disparities at higher addresses), the left
-/// image's grey values and those of the row before, in the direction of the vertical path.
+/// Rows of the images' comparisons, four to the byte.
+constexpr int kScratchRows = 4 * Census::kBitPlanes;
+inline int scratch_pitch(const SgmFacts& f) { return f.width + f.padded + 32; }
+
+/// One row of the images: the planes of the left one at column 0, those of the right one where the partner of
+/// column 0 at the lowest disparity lies (higher disparities at higher addresses), the left image's grey
+/// values and those of the row before, in the direction of the vertical path.
 struct SgmRowInput {
-  std::array<const std::uint8_t*, 4> left, right;
+  std::array<const std::uint8_t*, Census::kPlanes> left, right;
   const std::uint8_t *grey, *grey_before;
 };
 
