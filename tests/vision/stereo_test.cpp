@@ -1,5 +1,6 @@
 #include "vision/stereo.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -56,6 +57,18 @@ TEST(StereoVision, MeasuresAPlaneThroughDistortedLenses) {
     EXPECT_GT(found.within_3_sigma, 0.99) << distance;
     EXPECT_LT(found.z_rms, 1) << distance;
   }
+}
+
+TEST(StereoVision, SeesNothingFarAwayInAWallThatIsTooNear) {
+  const auto points = [](double search_nearer) {
+    VisionConfig config;
+    config.search_nearer = search_nearer;
+    StereoVision vision(bottom(), config);
+    const RangeView& view = vision.see(test::plane_seen_by(bottom(), Vector3d::UnitZ(), 0.65));
+    return std::count_if(view.depth.begin(), view.depth.end(), [](float z) { return !std::isnan(z); });
+  };
+  EXPECT_EQ(points(0.7), 0);
+  EXPECT_GT(points(1), 1000) << "without the longer search it has wrong partners";
 }
 
 TEST(StereoVision, MeasuresTheFloorFromHalfTheResolution) {
