@@ -149,6 +149,11 @@ void require_usable(const Board& board) {
       fail(fmt::format("{} x {} corners, expected 3 to 40 each way", board.columns, board.rows));
   if (!(board.square >= 0.001 && board.square <= 1))
     fail(fmt::format("square: {} m, expected 0.001 to 1 m", board.square));
+  if (!board.markers && board.columns == board.rows)
+    fail(
+        fmt::format("{0} x {0} corners: which one is the first cannot be told after a quarter turn, expected "
+                    "more one way than the other, or markers",
+                    board.columns));
   if (!board.markers) return;
   const int markers = (board.columns + 1) * (board.rows + 1) / 2,
             known = dictionary_of(*board.markers)->bytesList.rows;

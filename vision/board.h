@@ -36,7 +36,8 @@ struct Board {
 const std::vector<std::string>& marker_dictionaries();
 
 /// Throws InputError `board: key: what` unless it has 3 to 40 corners each way, squares of 1 mm to 1 m, and
-/// markers (if any) of a known dictionary that fit into the squares and suffice for them.
+/// markers of a known dictionary that fit into the squares and suffice for them; or no markers, and not as
+/// many corners one way as the other.
 void require_usable(const Board& board);
 
 /// Corners seen in one image, in rising order: pixel `pixels[k]` shows corner `ids[k]`.

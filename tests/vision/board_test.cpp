@@ -127,6 +127,8 @@ TEST(Board, ThatCannotBeIsRefused) {
   EXPECT_EQ(message(chessboard()), "");
   EXPECT_EQ(message(charuco()), "");
   EXPECT_THAT(message(chessboard(2, 6)), HasSubstr("2 x 6 corners"));
+  EXPECT_THAT(message(chessboard(6, 6)), HasSubstr("6 x 6 corners: which one is the first"));
+  EXPECT_EQ(message({6, 6, 0.03, BoardMarkers{"4X4_100", 0.02}}), "") << "its markers tell";
   EXPECT_THAT(message({9, 6, 25, {}}), HasSubstr("square: 25 m"));
   EXPECT_THAT(message({9, 6, 0.03, BoardMarkers{"4X4_100", 0.04}}), HasSubstr("marker: 0.04 m"));
   EXPECT_THAT(message({9, 6, 0.03, BoardMarkers{"DICT_9", 0.02}}),
