@@ -86,7 +86,7 @@ class HeadCalibrationRun {
                                    options_.rig.string()));
     }
     const std::string name = file.filename().string();
-    if (!vision::covered(input_.samples, exposure)) {
+    if (!vision::samples_cover(input_.samples, exposure)) {
       skipped_.push_back(name + ": no head samples around it");
       return;
     }

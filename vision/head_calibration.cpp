@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -135,16 +137,22 @@ class Problem {
     return out;
   }
 
-  /// From several time offsets on, for the head's motion is not monotonic.
+  /// From several time offsets on, for the head's motion is not monotonic. Throws InputError when none leads
+  /// to a minimum.
   LeastSquares solve(double sigma) const {
     LeastSquares best;
+    double least = std::numeric_limits<double>::infinity();
     for (const double offset : {0.0, -0.1, 0.1}) {
       VectorXd x = VectorXd::Zero(size());
       x(kTimeOffset) = offset;
-      const LeastSquares found =
-          minimise([&](const VectorXd& at) { return residuals(at, sigma); }, x, steps());
-      if (best.x.size() == 0 || found.residuals.squaredNorm() < best.residuals.squaredNorm()) best = found;
+      LeastSquares found = minimise([&](const VectorXd& at) { return residuals(at, sigma); }, x, steps());
+      if (const double squares = found.residuals.squaredNorm(); squares < least)  // not where it is NaN
+        least = squares, best = std::move(found);
     }
+    if (!best.settled || !best.information.allFinite())
+      throw InputError(
+          "head calibration: the search for the camera's place does not settle; expected the board, the rig "
+          "and the robot file that belong to these images");
     return best;
   }
 
@@ -202,17 +210,19 @@ void check(const HeadCalibrationInput& input) {
   for (const HeadView& view : input.views) {
     if (!shows_enough(input.board, view.board))
       fail("a view shows too few corners, expected 6 not in one line");
-    if (!covered(input.samples, view.exposure))
+    if (!samples_cover(input.samples, view.exposure))
       fail(fmt::format(
           "no head samples around {:.3f} s, expected them {} s to both sides, {} s apart at most",
           to_seconds(view.exposure), to_seconds(kWidestTimeOffset), to_seconds(kWidestSampleGap)));
   }
-  if (input.corner && !(input.corner->sigma > 0)) fail("the measured corner's sigma must be positive");
+  if (input.corner &&
+      !(input.corner->place.allFinite() && input.corner->sigma > 0 && std::isfinite(input.corner->sigma)))
+    fail("the measured corner and its sigma must be finite, the sigma positive");
 }
 
 }  // namespace
 
-bool covered(const std::vector<HeadSample>& samples, Time exposure) {
+bool samples_cover(const std::vector<HeadSample>& samples, Time exposure) {
   const auto by_stamp = [](const HeadSample& s, Time t) { return s.stamp < t; };
   auto at = std::lower_bound(samples.begin(), samples.end(), exposure - kWidestTimeOffset, by_stamp);
   if (at == samples.end()) return false;

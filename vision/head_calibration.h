@@ -59,7 +59,7 @@ struct HeadCalibration {
 };
 
 /// True when the samples allow to look up the head at an exposure, whatever the time offset.
-bool covered(const std::vector<HeadSample>& samples, Time exposure);
+bool samples_cover(const std::vector<HeadSample>& samples, Time exposure);
 
 /// Least squares over the corners' distances in the images, with angles cubic between samples.
 ///
@@ -73,8 +73,9 @@ bool covered(const std::vector<HeadSample>& samples, Time exposure);
 ///   corner of the board is: then it is found, as precisely as the corner is measured across the line of
 ///   sight.
 ///
-/// Throws InputError when there is too little to go by, and when the head poses do not determine a parameter
-/// to 0.25 deg, 10 mm or 10 ms; the message names the parameter and what views are missing.
+/// Throws InputError when there is too little to go by, when no search settles, and when the head poses do
+/// not determine a parameter to 0.25 deg, 10 mm or 10 ms; the message names the parameter and what views are
+/// missing.
 HeadCalibration calibrate_head(const HeadCalibrationInput& input);
 
 }  // namespace headway::vision

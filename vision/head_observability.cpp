@@ -26,7 +26,7 @@ std::vector<std::string> undetermined(const Eigen::MatrixXd& information, const 
     bool weak = false;
     for (Eigen::Index k = 0; k < useful.size(); ++k) {
       const double share = std::abs(solver.eigenvectors()(static_cast<Eigen::Index>(i), k));
-      weak = weak || (!(solver.eigenvalues()(k) >= 1) && share > kTakesPart);
+      weak = weak || (!(solver.eigenvalues()(k) >= 1) && !(share <= kTakesPart));
     }
     if (weak) out.push_back(names[i]);
   }

@@ -11,7 +11,7 @@ namespace headway::vision {
 
 /// The parameters that take part in a direction along which the standard deviation exceeds the useful one
 /// (all in units of `useful`): found from the eigenvectors of the information matrix. None: all are
-/// determined.
+/// determined. Where the information holds what is not finite, none is.
 std::vector<std::string> undetermined(const Eigen::MatrixXd& information, const Eigen::VectorXd& useful,
                                       const std::vector<std::string>& names);
 

@@ -1,5 +1,6 @@
 #include "vision/head_calibration.h"
 
+#include <limits>
 #include <map>
 
 #include <gmock/gmock.h>
@@ -7,6 +8,7 @@
 
 #include "hal/error.h"
 #include "simulated_head.h"
+#include "vision/head_observability.h"
 
 namespace headway::vision {
 namespace {
@@ -171,6 +173,27 @@ TEST(HeadCalibration, RefusesAPanZeroFromACarelesslyMeasuredCorner) {
   EXPECT_THAT(message_of(input), HasSubstr("do not determine pan_zero"));
 }
 
+TEST(HeadCalibration, RefusesWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  HeadCalibrationInput input = recorded({}, 1);
+  input.corner->place.y() = nan;
+  EXPECT_THAT(message_of(input), HasSubstr("corner and its sigma must be finite"));
+  input = recorded({}, 1);
+  input.corner->sigma = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(message_of(input), HasSubstr("corner and its sigma must be finite"));
+  input = recorded({}, 1);
+  input.views[5].board.pixels[3].x() = nan;
+  EXPECT_THAT(message_of(input), HasSubstr("does not settle"));
+}
+
+TEST(Undetermined, IsEverythingWhereTheInformationIsNotFinite) {
+  Eigen::Matrix2d information = 100 * Eigen::Matrix2d::Identity();
+  EXPECT_TRUE(undetermined(information, Eigen::Vector2d::Ones(), {"a", "b"}).empty());
+  information(0, 1) = information(1, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(undetermined(information, Eigen::Vector2d::Ones(), {"a", "b"}),
+            (std::vector<std::string>{"a", "b"}));
+}
+
 TEST(HeadCalibration, NeedsViewsAndSamplesAroundThem) {
   HeadCalibrationInput few = recorded({}, 1);
   few.views.resize(3);
@@ -189,15 +212,15 @@ TEST(HeadCalibration, NeedsViewsAndSamplesAroundThem) {
 TEST(HeadSamples, CoverAnExposureWithTheWidestOffsetToBothSides) {
   std::vector<HeadSample> samples;
   for (int i = 0; i <= 50; ++i) samples.push_back({at_seconds(0.02 * i), {}});
-  EXPECT_TRUE(covered(samples, at_seconds(0.5)));
-  EXPECT_TRUE(covered(samples, at_seconds(0.2)));
-  EXPECT_TRUE(covered(samples, at_seconds(0.8)));
-  EXPECT_FALSE(covered(samples, at_seconds(0.199)));
-  EXPECT_FALSE(covered(samples, at_seconds(0.801)));
-  EXPECT_FALSE(covered({}, at_seconds(0.5)));
+  EXPECT_TRUE(samples_cover(samples, at_seconds(0.5)));
+  EXPECT_TRUE(samples_cover(samples, at_seconds(0.2)));
+  EXPECT_TRUE(samples_cover(samples, at_seconds(0.8)));
+  EXPECT_FALSE(samples_cover(samples, at_seconds(0.199)));
+  EXPECT_FALSE(samples_cover(samples, at_seconds(0.801)));
+  EXPECT_FALSE(samples_cover({}, at_seconds(0.5)));
   samples.erase(samples.begin() + 30, samples.begin() + 36);
-  EXPECT_FALSE(covered(samples, at_seconds(0.5)));
-  EXPECT_TRUE(covered(samples, at_seconds(0.3)));
+  EXPECT_FALSE(samples_cover(samples, at_seconds(0.5)));
+  EXPECT_TRUE(samples_cover(samples, at_seconds(0.3)));
 }
 
 }  // namespace
