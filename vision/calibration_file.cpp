@@ -1,6 +1,7 @@
 #include "vision/calibration_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -59,6 +60,13 @@ std::vector<double> vector_of(const Section& section, std::string_view key, std:
     v.fail("data", fmt::format("holds {} numbers for {} x {}, expected one row or one column", data.size(),
                                rows, columns));
   return data;
+}
+
+void set_size(CameraIntrinsics& camera, const Section& section, std::string_view key) {
+  const auto size = section.numbers(key, 2, {16, 16384, "px"});
+  for (const double extent : size)
+    if (extent != std::floor(extent)) section.fail(key, fmt::format("{}, expected whole numbers", extent));
+  camera.width = static_cast<int>(size[0]), camera.height = static_cast<int>(size[1]);
 }
 
 Eigen::Matrix3d rotation_from(const std::vector<double>& m, const Section& section, std::string_view key) {

@@ -24,6 +24,9 @@ std::vector<double> matrix_of(const config::Section& section, std::string_view k
 /// The same with one row or one column of any length up to `most`; nothing in it when its `data` is empty.
 std::vector<double> vector_of(const config::Section& section, std::string_view key, std::size_t most);
 
+/// Sets width and height from a list of two whole numbers [px].
+void set_size(CameraIntrinsics& camera, const config::Section& section, std::string_view key);
+
 /// From 9 or 16 numbers row by row; `section` and `key` only for the InputError when they are no rotation, no
 /// rigid transform. Rounded numbers are made a rotation again.
 Eigen::Matrix3d rotation_from(const std::vector<double>& m, const config::Section& section,

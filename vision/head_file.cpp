@@ -23,8 +23,7 @@ constexpr std::size_t kLongestName = 64;
 // An ideal camera: square pixels, as many that `field_deg` spans the width from edge to edge.
 CameraIntrinsics intrinsics_from(const Section& section) {
   CameraIntrinsics c;
-  const auto size = section.numbers("size", 2, {16, 16384, "px"});
-  c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  set_size(c, section, "size");
   const double field = section.number("field_deg", {5, 150, "deg"}) * kDegree;
   c.fx = c.fy = c.width / 2.0 / std::tan(field / 2);
   c.cx = (c.width - 1) / 2.0, c.cy = (c.height - 1) / 2.0;

@@ -37,9 +37,10 @@ LensModel lens_of(const Section& section) {
                                  : LensModel::kRadialTangential;
 }
 
-CameraIntrinsics camera_from(const Section& section, const std::vector<double>& size) {
+// `whole`: the file's mapping, for both images are of one size.
+CameraIntrinsics camera_from(const Section& section, const Section& whole) {
   CameraIntrinsics c;
-  c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
+  set_size(c, whole, "size");
   const auto focal = section.numbers("focal", 2, {1, 1e6, "px"});
   const auto centre = section.numbers("centre", 2, {0, 16384, "px"});
   c.fx = focal[0], c.fy = focal[1], c.cx = centre[0], c.cy = centre[1];
@@ -95,10 +96,9 @@ std::string rig_text(const StereoRig& rig) {
 StereoRig rig_from(const Section& section) {
   StereoRig rig;
   rig.name = section.text("name");
-  const auto size = section.numbers("size", 2, {16, 16384, "px"});
   const Section left = section.section("left"), right = section.section("right");
-  rig.left = camera_from(left, size);
-  rig.right = camera_from(right, size);
+  rig.left = camera_from(left, section);
+  rig.right = camera_from(right, section);
   rig.right_from_left = pose_from(section.section("right_from_left"));
   rig.nearest = section.number("nearest", {0.05, 100, "m"});
   rig.farthest = section.number("farthest", {0.05, 1000, "m"});

@@ -10,9 +10,8 @@ namespace {
 CameraIntrinsics camera_from(const Section& section) {
   CameraIntrinsics c;
   section.choice("camera_model", {"pinhole"});
-  const auto size = section.numbers("resolution", 2, {16, 16384, "px"});
+  set_size(c, section, "resolution");
   const auto k = section.numbers("intrinsics", 4, {0, 1e6, "px"});
-  c.width = static_cast<int>(size[0]), c.height = static_cast<int>(size[1]);
   c.fx = k[0], c.fy = k[1], c.cx = k[2], c.cy = k[3];
   const std::string model = section.choice("distortion_model", {"radtan", "equidistant", "none"});
   if (model == "none") return c;

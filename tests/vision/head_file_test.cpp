@@ -86,6 +86,8 @@ TEST(CameraHead, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message_of("down_deg: 10", "down: 10"), HasSubstr("the key 'down_deg' is missing"));
   EXPECT_THAT(message_of("nearest: 0.8", "nearest: 0.1"),
               HasSubstr("head.yaml:14: rigs[0].nearest: 0.1 m: images"));
+  EXPECT_THAT(message_of("size: [340, 480]", "size: [340.5, 480]"),
+              HasSubstr("head.yaml:7: cameras[0].size: 340.5, expected whole numbers"));
   for (const char* name : {"/bottom", "../bottom", "..", "'two words'", "\"bottom\\nof it\""})
     EXPECT_THAT(message_of("name: bottom,", std::string("name: ") + name + ","),
                 HasSubstr("head.yaml:14: rigs[0].name: '"))
