@@ -118,6 +118,9 @@ class RigCalibration {
 
   int run() {
     vision::require_usable(options_.board);
+    if (!(options_.nearest < options_.farthest))
+      throw InputError(fmt::format("--near {} and --far {}: expected the nearest depth below the farthest",
+                                   options_.nearest, options_.farthest));
     const std::vector<ImagePair> images = find_image_pairs(options_.paths);
     make_folder(options_.out);
     seen_ = BoardSearch(options_.board).run(images);

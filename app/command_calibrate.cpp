@@ -7,6 +7,7 @@
 #include "app/calibrate_head.h"
 #include "app/calibrate_rig.h"
 #include "app/commands.h"
+#include "app/finite_range.h"
 #include "app/robot_file.h"
 #include "hal/error.h"
 
@@ -55,8 +56,6 @@ int calibrate_head(const CalibrateOptions& options) {
   head.rig = options.head_rig, head.robot = options.robot, head.out = options.rig.out;
   head.board = board_of(options);
   if (!options.corner.empty()) {
-    if (!(options.corner_sigma > 0))
-      throw InputError(fmt::format("--corner-sigma {}: expected more than 0 m", options.corner_sigma));
     head.corner = vision::MeasuredCorner{Eigen::Map<const Eigen::Vector3d>(options.corner.data()),
                                          options.corner_sigma};
   }
@@ -110,12 +109,17 @@ void add_calibrate(CLI::App& app, Run& run) {
   command->add_option("--board", options->board, "Inner corners across x down; 10 x 7 squares have 9x6")
       ->required()
       ->type_name("CxR");
-  command->add_option("--square", options->square, "Edge of a square")->required()->type_name("M");
+  command->add_option("--square", options->square, "Edge of a square")
+      ->required()
+      ->check(finite_in(0, 1000))
+      ->type_name("M");
   CLI::Option* charuco =
       command->add_option("--charuco", options->charuco, "Markers in the white squares, as 4X4_50 or 5X5_100")
           ->type_name("DICT");
-  CLI::Option* marker =
-      command->add_option("--marker", options->marker, "Edge of a marker")->type_name("M")->needs(charuco);
+  CLI::Option* marker = command->add_option("--marker", options->marker, "Edge of a marker")
+                            ->check(finite_in(0, 1000))
+                            ->type_name("M")
+                            ->needs(charuco);
   charuco->needs(marker);
   command->add_option("--out", options->rig.out, "Folder for what is written; made if need be")
       ->required()
@@ -126,9 +130,11 @@ void add_calibrate(CLI::App& app, Run& run) {
       ->type_name("NAME")
       ->capture_default_str();
   command->add_option("--near", options->rig.nearest, "Nearest depth that must be matched, for the rig file")
+      ->check(finite_in(0.05, 100))
       ->type_name("M")
       ->capture_default_str();
   command->add_option("--far", options->rig.farthest, "Farthest depth that goes into the map")
+      ->check(finite_in(0.05, 1000))
       ->type_name("M")
       ->capture_default_str();
   CLI::Option* head = command->add_flag(
@@ -143,11 +149,13 @@ void add_calibrate(CLI::App& app, Run& run) {
       ->capture_default_str();
   CLI::Option* corner =
       command->add_option("--corner", options->corner, "Corner 0 of the board in the chest's frame, measured")
+          ->check(finite_in(-10, 10))
           ->needs(head)
           ->delimiter(',')
           ->expected(3)
           ->type_name("X,Y,Z");
   command->add_option("--corner-sigma", options->corner_sigma, "How well each coordinate is measured")
+      ->check(finite_in(1e-6, 1))
       ->needs(corner)
       ->type_name("M")
       ->capture_default_str();
