@@ -65,7 +65,10 @@ vision::StereoRig rig_of(const ReconstructOptions& options, const hal::GrayImage
     throw InputError(
         "reconstruct: no calibration, expected --rig FILE, or --focal and --baseline of a rectified pair");
   }
-  vision::StereoRig rig = options.rig.empty() ? rectified_rig(options, left) : vision::read_rig(options.rig);
+  vision::RigDefaults defaults;
+  defaults.width = left.width, defaults.height = left.height;
+  vision::StereoRig rig =
+      options.rig.empty() ? rectified_rig(options, left) : vision::read_rig(options.rig, defaults);
   rig.nearest = options.near.value_or(rig.nearest);
   rig.farthest = options.far.value_or(rig.farthest);
   vision::require_usable(rig);
