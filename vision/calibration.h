@@ -54,9 +54,10 @@ struct StereoCalibration {
   std::vector<Estimate> estimates;  ///< of the cameras, then of right_from_left
 };
 
-/// Each camera by itself, then all together (OpenCV's stereoCalibrate). Every pair must share at least 6
-/// corners. Depth limits and the like keep StereoRig's defaults. Throws InputError for fewer than
-/// kFewestViews, and for a result that is no usable rig.
+/// Each camera by itself, then all together (OpenCV's stereoCalibrate). Every pair should share at
+/// least 6 corners not in one line (`shows_enough`), which is not checked here. Depth limits and the like
+/// keep StereoRig's defaults. Throws InputError for fewer than kFewestViews, and for a result that is no
+/// usable rig.
 StereoCalibration calibrate_stereo(const Board& board, const std::vector<BoardPair>& pairs, int width,
                                    int height, Lenses lenses = Lenses::kEach);
 

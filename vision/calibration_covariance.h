@@ -12,7 +12,8 @@
 
 namespace headway::vision {
 
-/// A number that a calibration found. Names are keys of a rig file: "left.fx", "right_from_left.x".
+/// A number that a calibration found. Names are those of the members of StereoRig and CameraIntrinsics
+/// ("left.fx"), and of the transform's parts ("right_from_left.x", "right_from_left.turn_x").
 struct Estimate {
   std::string name;
   double value = 0, sigma = 0;  ///< with its standard deviation, in the same unit

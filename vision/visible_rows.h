@@ -9,7 +9,7 @@
 
 namespace headway::vision {
 
-/// Signed and scaled distance of a point from the plane of a half-space. Every test of a point in this folder
+/// Signed and scaled distance of a point from the plane of a half-space. `contains` in all its forms here
 /// and the ends of every row are this expression, so that they agree even on points that lie on a plane.
 inline double side(const Eigen::Vector4d& row, double x, double y, double z) {
   return ((row[0] * x + row[1] * y) + row[2] * z) + row[3];
