@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <regex>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -319,9 +318,13 @@ RC_GTEST_PROP(AnyRigFile, NeverDoesWorseThanAnInputErrorThatNamesIt, ()) {
 // A word in place of a number is found at its line, wherever it stands.
 RC_GTEST_PROP(AnyRigFile, PointsAtTheLineOfAWordInPlaceOfANumber, ()) {
   std::vector<std::pair<std::size_t, std::size_t>> numbers;  // of lists that the reader needs
-  const std::regex pattern(R"(-?[0-9]+\.[0-9]+)");
-  for (std::sregex_iterator it(kKalibr.begin(), kKalibr.end(), pattern), end; it != end; ++it)
-    numbers.emplace_back(it->position(), it->length());
+  const auto of_number = [](char c) { return c == '-' || c == '.' || (c >= '0' && c <= '9'); };
+  for (auto end = kKalibr.begin(); end != kKalibr.end();) {
+    const auto begin = std::find_if(end, kKalibr.end(), of_number);
+    end = std::find_if_not(begin, kKalibr.end(), of_number);
+    const bool decimal = std::count(begin, end, '.') == 1 && end - begin > 2;
+    if (decimal) numbers.emplace_back(begin - kKalibr.begin(), end - begin);
+  }
   const auto [at, length] = *rc::gen::elementOf(numbers);
   const auto line = 1 + std::count(kKalibr.begin(), kKalibr.begin() + static_cast<std::ptrdiff_t>(at), '\n');
   const std::string damaged = std::string(kKalibr).replace(at, length, "wide");
