@@ -259,7 +259,8 @@ TEST(RealDataSlow, MotorcycleIsReconstructedPrecisely) {
   const auto report = json_of(folder / "report.json");
   EXPECT_LE(report["bad_2"], 0.06);
   EXPECT_GE(report["density"], 0.94);
-  EXPECT_GE(report["coverage_3_sigma"], 0.90);
+  EXPECT_GE(report["coverage_3_sigma"], 0.95);
+  EXPECT_LE(report["coverage_3_sigma"], 0.999);
 }
 
 TEST(RealDataSlow, SequencesAreMapped) {
