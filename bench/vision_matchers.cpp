@@ -1,94 +1,30 @@
-// How good and how quick the census matcher is beside OpenCV's semi-global one, on real pairs with truth.
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
+// How good and how quick the census matcher is beside OpenCV's semi-global one, on pairs with truth.
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "bench/cpu_time.h"
+#include "tests/true_pairs/true_pairs.h"
 #include "vision/census_matcher.h"
 #include "vision/cv_image.h"
+#include "vision/disparity_sigma.h"
+#include "vision/evaluation.h"
+#include "vision/match_weight.h"
 
 namespace headway::bench {
 
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A pair with its true disparities [px]; 0 is unknown.
-struct Scene {
-  std::string name;
-  int disparities = 64;
-  cv::Mat left, right, truth;
-};
-
-std::optional<Scene> scene(const std::string& name, int disparities, const fs::path& left,
-                           const fs::path& right, const fs::path& truth, double truth_unit) {
-  Scene s{name,
-          disparities,
-          cv::imread(left.string(), cv::IMREAD_GRAYSCALE),
-          cv::imread(right.string(), cv::IMREAD_GRAYSCALE),
-          {}};
-  const cv::Mat units = cv::imread(truth.string(), cv::IMREAD_UNCHANGED);
-  if (s.left.empty() || s.right.empty() || units.empty()) return std::nullopt;
-  units.convertTo(s.truth, CV_32F, truth_unit);
-  return s;
-}
-
-std::optional<Scene> of_data(const std::string& name) {
-  const char* data = std::getenv("HEADWAY_DATA");
-  const fs::path folder = fs::path(data ? data : "") / "stereo" / name;
-  return scene(name, 64, folder / "left.png", folder / "right.png", folder / "gt16.png", 1.0 / 256);
-}
-
-std::optional<Scene> aloe() {
-  const fs::path folder = "/usr/share/doc/opencv-doc/examples/data";
-  return scene("aloe", 128, folder / "aloeL.jpg", folder / "aloeR.jpg", folder / "aloeGT.png", 1);
-}
-
-void resize(Scene& s, cv::Size size) {
-  const double scale = static_cast<double>(size.width) / s.left.cols;
-  cv::resize(s.left, s.left, size, 0, 0, cv::INTER_AREA);
-  cv::resize(s.right, s.right, size, 0, 0, cv::INTER_AREA);
-  cv::resize(s.truth, s.truth, size, 0, 0, cv::INTER_NEAREST);
-  s.truth *= scale;
-}
-
-std::vector<Scene> scenes() {
-  std::vector<Scene> all;
-  if (auto s = of_data("motorcycle")) resize(*s, {640, 480}), all.push_back(std::move(*s));
-  if (auto s = aloe()) resize(*s, s->left.size() / 2), all.push_back(std::move(*s));
-  if (auto s = of_data("tsukuba")) all.push_back(std::move(*s));
-  return all;
-}
-
-hal::GrayImage plain(const cv::Mat& image) {
-  const cv::Mat whole = image.isContinuous() ? image : image.clone();
-  return {whole.cols, whole.rows, {whole.data, whole.data + whole.total()}};
-}
 
 cv::Ptr<cv::StereoSGBM> sgbm(int disparities) {
   return cv::StereoSGBM::create(0, disparities, 3, 72, 288, 1, 31, 10, 100, 2,
                                 cv::StereoSGBM::MODE_SGBM_3WAY);
 }
 
-cv::Mat half_a_row_lower(const cv::Mat& image) {
-  cv::Mat out;
-  const cv::Matx23d shift(1, 0, 0, 0, 1, 0.5);
-  cv::warpAffine(image, out, shift, image.size(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  return out;
-}
-
-vision::DisparityImage by_sgbm(const Scene& s, const cv::Mat& right) {
+vision::DisparityImage by_sgbm(const TruePair& pair, const hal::GrayImage& right) {
   cv::Mat found;
-  sgbm(s.disparities)->compute(s.left, right, found);
+  sgbm(pair.disparities)->compute(vision::as_mat(pair.left), vision::as_mat(right), found);
   vision::DisparityImage out;
   out.resize(found.cols, found.rows);
   for (int v = 0; v < found.rows; ++v)
@@ -98,51 +34,21 @@ vision::DisparityImage by_sgbm(const Scene& s, const cv::Mat& right) {
   return out;
 }
 
-vision::DisparityImage by_census(const Scene& s, const cv::Mat& right) {
-  vision::CensusMatcher matcher({0, s.disparities});
+vision::DisparityImage by_census(const TruePair& pair, const hal::GrayImage& right) {
+  vision::CensusMatcher matcher({0, pair.disparities});
   vision::DisparityImage out;
-  matcher.match(plain(s.left), plain(right), out);
+  matcher.match(pair.left, right, out);
   return out;
-}
-
-/// The columns that OpenCV searches in full; the same for both.
-template <class Use>
-void for_each_known(const Scene& s, const vision::DisparityImage& found, const Use& use) {
-  for (int v = 0; v < s.truth.rows; ++v)
-    for (int u = s.disparities; u < s.truth.cols; ++u)
-      if (const float truth = s.truth.at<float>(v, u); truth > 0)
-        use(found.index(u, v), std::abs(found.values[found.index(u, v)] - truth));
-}
-
-double bad2h(const Scene& s, const vision::DisparityImage& found) {
-  double known = 0, bad = 0;
-  for_each_known(s, found, [&](std::size_t, float error) { ++known, bad += !(error <= 2); });
-  return 100 * bad / known;
-}
-
-/// How often, of a wrong match and a right one, the wrong one is the more ambiguous; ties count half.
-double auc(const Scene& s, const vision::DisparityImage& found) {
-  std::vector<float> right, wrong;
-  for_each_known(s, found, [&](std::size_t i, float error) {
-    if (!std::isnan(error)) (error > 2 ? wrong : right).push_back(found.ambiguity[i]);
-  });
-  std::sort(right.begin(), right.end());
-  double above = 0;
-  for (const float a : wrong) {
-    const auto [first, last] = std::equal_range(right.begin(), right.end(), a);
-    above += static_cast<double>(first - right.begin()) + 0.5 * static_cast<double>(last - first);
-  }
-  return above / static_cast<double>(right.size()) / static_cast<double>(wrong.size());
 }
 
 /// matcher_cpu_ratio_3way, _128 and _192: processor time of the census matcher over that of StereoSGBM
 /// (MODE_SGBM_3WAY) at 64, 128 and 192 disparities, 640 x 480, one thread, taking turns. Both leave out the
 /// columns that OpenCV leaves out.
 void matcher_time(benchmark::State& state) {
-  auto pair = of_data("motorcycle");
-  if (!pair) return state.SkipWithError("stereo/motorcycle is missing in HEADWAY_DATA");
-  resize(*pair, {640, 480});
-  const hal::GrayImage left = plain(pair->left), right = plain(pair->right);
+  const std::vector<TruePair> real = real_pairs();
+  if (real.empty() || real.front().name != "motorcycle")
+    return state.SkipWithError("stereo/motorcycle is missing in HEADWAY_DATA");
+  const hal::GrayImage &left = real.front().left, &right = real.front().right;
   for (auto _ : state)
     for (const int disparities : {64, 128, 192}) {
       constexpr int kRounds = 15;
@@ -154,7 +60,7 @@ void matcher_time(benchmark::State& state) {
       cv::Mat found;
       vision::DisparityImage out;
       for (int round = 0; round < kRounds; ++round) {
-        their_time.take([&] { theirs->compute(pair->left, pair->right, found); });
+        their_time.take([&] { theirs->compute(vision::as_mat(left), vision::as_mat(right), found); });
         our_time.take([&] { ours.match(left, right, out); });
       }
       const std::string at = disparities == 64 ? "" : "_" + std::to_string(disparities);
@@ -167,20 +73,29 @@ BENCHMARK(matcher_time)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 /// matcher_bad2h_NAME and sgbm_bad2h_NAME: the percentage of pixels with a truth that are off by more than 2
 /// px or not matched; ending in _shift, the same where the right image is half a row lower. matcher_auc_NAME:
-/// how well the ambiguity predicts errors of more than 2 px.
+/// how well the ambiguity predicts errors of more than 2 px. Of the real pairs that the matcher was made
+/// with, and of others that it was not.
 void matcher_errors(benchmark::State& state) {
-  const std::vector<Scene> all = scenes();
+  std::vector<TruePair> all = real_pairs();
+  const std::vector<TruePair> held_out = held_out_pairs();
   if (all.size() < 3)
     return state.SkipWithError("pairs are missing: HEADWAY_DATA's stereo, or Debian's opencv-doc");
+  all.insert(all.end(), held_out.begin(), held_out.end());
   for (auto _ : state)
-    for (const Scene& s : all)
+    for (const TruePair& pair : all)
       for (const bool shifted : {false, true}) {
-        const cv::Mat right = shifted ? half_a_row_lower(s.right) : s.right;
-        const vision::DisparityImage ours = by_census(s, right);
-        const std::string key = s.name + (shifted ? "_shift" : "");
-        state.counters["matcher_bad2h_" + key] = bad2h(s, ours);
-        state.counters["sgbm_bad2h_" + key] = bad2h(s, by_sgbm(s, right));
-        if (!shifted) state.counters["matcher_auc_" + s.name] = auc(s, ours);
+        const hal::GrayImage& right = shifted ? pair.right_askew : pair.right;
+        vision::DisparityImage found = by_census(pair, right);
+        estimate_sigma({}, found);
+        estimate_weight({}, found);
+        const vision::MatchQuality ours = compare(found, pair.truth);
+        const std::string key = pair.name + (shifted ? "_shift" : "");
+        state.counters["matcher_bad2h_" + key] = 100 * ours.wrong_or_missing();
+        state.counters["sgbm_bad2h_" + key] =
+            100 * compare(by_sgbm(pair, right), pair.truth).wrong_or_missing();
+        if (shifted) continue;
+        state.counters["matcher_auc_" + pair.name] = ours.ambiguity_auc;
+        state.counters["coverage_3_sigma_" + pair.name] = ours.coverage_3_sigma;
       }
 }
 BENCHMARK(matcher_errors)->Iterations(1)->Unit(benchmark::kMillisecond);

@@ -14,7 +14,9 @@ struct MatchQuality {
   double density = 0;           ///< matched / known
   double density_of_all = 0;    ///< matched / all pixels with truth, those outside the right image too
   double bad_1 = 0, bad_2 = 0;  ///< share of the matched that is off by more than 1 / 2 px
-  double inlier_rms = 0;        ///< rms error [px] of those off by at most 2 px
+  /// Share of the known that is off by more than 2 px or not matched.
+  double wrong_or_missing() const { return 1 - density * (1 - bad_2); }
+  double inlier_rms = 0;  ///< rms error [px] of those off by at most 2 px
   /// Share of the matched (with a sigma) within 3 sigma of the truth, each counted with its weight.
   double coverage_3_sigma = 0;
   /// Area under the curve of right against wrong matches, as the bar of ambiguity is raised: how often, of a
