@@ -113,9 +113,8 @@ std::optional<Polytope> minimal_polytope(const std::vector<Vector4d>& rows) {
 }
 
 Polytope moved(const Polytope& polytope, const Eigen::Isometry3d& to_from_polytope) {
-  const Eigen::Matrix4d rows_to = to_from_polytope.inverse().matrix().transpose();
   Polytope out;
-  for (const Vector4d& row : polytope.rows) out.rows.push_back(rows_to * row);
+  for (const Vector4d& row : polytope.rows) out.rows.push_back(moved(row, to_from_polytope));
   for (const Vector3d& corner : polytope.corners) out.corners.push_back(to_from_polytope * corner);
   for (const Vector3d& along : polytope.directions)
     out.directions.push_back(to_from_polytope.linear() * along);

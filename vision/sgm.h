@@ -37,7 +37,9 @@ struct SgmResult {
   std::vector<std::uint8_t> least,
       second;  ///< sum of the winner, and of the best not beside it; 255 is "or more"
   /// How many pixels the winner of the partner in the right image is off; kOutside where that lies outside,
-  /// and where the left image shows nothing at all, so that the winner is only what the paths brought along.
+  /// and where the left pixel's comparisons and slope are all nil. That is so where the image is flat, and
+  /// the winner only what the paths brought along; and on the few brightest pixels of a spot that is nowhere
+  /// brighter above them than opposite below, which are lost.
   std::vector<std::uint8_t> disagreement;
 };
 

@@ -186,11 +186,10 @@ void VisibleRows::add_bound(const Eigen::Vector4d& row, const VoxelGrid& grid) {
 
 std::span<const RowSpan> VisibleRows::find(std::span<const Eigen::Vector4d> rows, const VoxelGrid& grid,
                                            const Eigen::Isometry3d& map_from_camera) {
-  const Eigen::Isometry3d camera_from_map = map_from_camera.inverse();
   for (auto* bounds : {&lower_, &upper_, &whole_}) bounds->clear();
   in_map_.clear();
   for (const Eigen::Vector4d& row : rows) {
-    in_map_.push_back(moved(row, camera_from_map));
+    in_map_.push_back(moved(row, map_from_camera));
     add_bound(in_map_.back(), grid);
   }
   double doubt = 0;

@@ -7,30 +7,14 @@
 #include <span>
 #include <vector>
 
+#include "vision/polytope.h"
+
 namespace headway::vision {
 
-/// Signed and scaled distance of a point from the plane of a half-space. `contains` in all its forms here
-/// and the ends of every row are this expression, so that they agree even on points that lie on a plane.
-inline double side(const Eigen::Vector4d& row, double x, double y, double z) {
-  return ((row[0] * x + row[1] * y) + row[2] * z) + row[3];
-}
-
-/// True where A x >= 0 for each row of A, x = (point, 1). Without rows all of space is inside.
-inline bool contains(std::span<const Eigen::Vector4d> rows, double x, double y, double z) {
-  for (const Eigen::Vector4d& row : rows)
-    if (!(side(row, x, y, z) >= 0)) return false;
-  return true;
-}
-
-/// The same of many points in planes, as DensePoints has them: inside[i] is 1 or 0. All spans are of one
-/// size; a point with a NaN is outside of any row.
+/// `contains` (polytope.h) of many points in planes, as DensePoints has them: inside[i] is 1 or 0. All spans
+/// are of one size.
 void contains(std::span<const Eigen::Vector4d> rows, std::span<const float> x, std::span<const float> y,
               std::span<const float> z, std::span<std::uint8_t> inside);
-
-/// The half-spaces in another frame: row . x_b = moved . x_a with x_b = b_from_a x_a.
-inline Eigen::Vector4d moved(const Eigen::Vector4d& row, const Eigen::Isometry3d& b_from_a) {
-  return b_from_a.matrix().transpose() * row;
-}
 
 /// Cubic voxels, x running fastest.
 struct VoxelGrid {

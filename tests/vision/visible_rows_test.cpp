@@ -108,9 +108,9 @@ Isometry3d some_pose() {
 
 RC_GTEST_PROP(VisibleRows, HoldExactlyTheVoxelsThatTheTestOfAPointHolds, ()) {
   const VoxelGrid grid = some_grid();
-  const Isometry3d map_from_camera = some_pose();
+  const Isometry3d map_from_camera = some_pose(), camera_from_map = map_from_camera.inverse();
   Rows rows = some_polytope(grid);
-  for (Vector4d& row : rows) row = moved(row, map_from_camera);  // so that the ties are in the map
+  for (Vector4d& row : rows) row = moved(row, camera_from_map);  // so that the ties are in the map
   test::on_every_target([&](const char*) {
     VisibleRows visible;
     const auto spans = visible.find(rows, grid, map_from_camera);
