@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -15,6 +14,7 @@
 #include "app/pose_files.h"
 #include "app/report.h"
 #include "app/robot_file.h"
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "nav/whole_file.h"
 #include "vision/calibration_errors.h"
@@ -26,8 +26,6 @@ namespace headway::app {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// As people read it: degrees, millimetres, milliseconds.
 struct Readable {

@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "app/drawing.h"
+#include "hal/angle.h"
 
 namespace headway::app {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kSide = 520, kLeft = 56, kBelow = 64, kAbove = 16;  // [px]
 
 const Colour kGrid{232, 228, 225}, kRing{40, 90, 240};

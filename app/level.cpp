@@ -7,11 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "hal/angle.h"
+
 namespace headway::app {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kStride = 3;          // every third pixel of a patch is looked at
 constexpr double kRoughest = 0.02;  // share of the depth by which a patch may leave its plane, with its noise
 constexpr double kMostMissing = 0.2;  // share of a patch's pixels without a depth

@@ -1,14 +1,14 @@
 #include "app/neck_file.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include "hal/angle.h"
 
 namespace headway::app {
 
 std::string neck_text(const hal::HeadKinematics& neck, Duration camera_time_offset) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const Eigen::Matrix3d camera = neck.tilt_from_camera.linear();
   const Eigen::Vector3d axis = camera.col(2), place = neck.tilt_from_camera.translation();
   const double down = std::atan2(-axis.z(), axis.x());

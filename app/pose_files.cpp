@@ -4,13 +4,13 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 
 namespace headway::app {
@@ -142,7 +142,6 @@ std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv) {
 }
 
 std::vector<vision::HeadSample> read_head_table(const std::filesystem::path& csv) {
-  constexpr double kDegree = std::numbers::pi / 180;
   std::vector<vision::HeadSample> samples;
   for (const TextLine& line : read_lines(csv, "head samples: stamp [ns], pan [deg], tilt [deg]")) {
     const auto words = split(line.text, ", \t\r");

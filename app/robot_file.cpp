@@ -1,7 +1,6 @@
 #include "app/robot_file.h"
 
 #include <algorithm>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "config/yaml_reader.h"
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
@@ -20,8 +20,6 @@ namespace {
 
 using config::Range;
 using config::Section;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Eigen::Isometry3d offset(const Section& section, std::string_view key) {
   const auto v = section.numbers(key, 3, {-2, 2, "m"});

@@ -1,7 +1,6 @@
 // The stages of one frame at 640x480 on one core: look (rectify, match, triangulate), map, floor, plan. The
 // pictures come from the simulated laboratory; the peer of the map stage is OctoMap's own insertion of the
 // same points.
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -10,6 +9,7 @@
 
 #include "app/robot_file.h"
 #include "bench/figures.h"
+#include "hal/angle.h"
 #include "hal/clock.h"
 #include "nav/footsteps.h"
 #include "nav/integrate.h"
@@ -25,7 +25,6 @@ namespace headway {
 namespace {
 
 const std::filesystem::path kTree = source_dir();
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Look {
   hal::StereoFrame frame;

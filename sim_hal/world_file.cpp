@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
+
+#include "hal/angle.h"
 
 namespace headway::sim {
 
@@ -14,7 +15,6 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr config::Range kPlace{-500, 500, "m"};
 constexpr config::Range kAngle{-360, 360, "deg"};
 constexpr config::Range kLength{0.005, 1000, "m"};

@@ -4,20 +4,14 @@
 #include <cmath>
 #include <map>
 
+#include "vision/median.h"
+
 namespace headway::vision {
 
 namespace {
 
 constexpr double kRobustSigma = 1.4826;  // of a normal distribution over its median distance from the median
 constexpr double kFarOut = 4, kNoticeable = 0.25;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 != 0) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
 
 /// Triangulated corners of one pair by their number, in the rectified left camera's frame [m].
 std::map<int, Eigen::Vector3d> triangulated(const Rectifier& rectifier, const SharedCorners& pair) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
 
+#include "hal/angle.h"
 #include "hal/head_kinematics.h"
 #include "vision/calibration_file.h"
 
@@ -17,7 +17,6 @@ using config::Section;
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kLongestName = 64;
 
 // An ideal camera: square pixels, as many that `field_deg` spans the width from edge to edge.

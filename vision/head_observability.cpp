@@ -3,16 +3,16 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include "hal/angle.h"
 
 namespace headway::vision {
 
 namespace {
 
 constexpr double kTakesPart = 0.3;  // of a unit vector: what contributes less is not to be named
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWideSpan = 10 * kDegree, kFastSpeed = 5 * kDegree;  // below these, that is what is missing
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 
 namespace headway::vision {
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = 0.017453292519943295;
 constexpr double kLargestCoefficient = 1000;
 constexpr double kLeastOverlap = 0.1;  // of one image, at the best distance
 

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vision/cv_image.h"
+#include "vision/median.h"
 #include "vision/piece_search.h"
 
 namespace headway::vision {
@@ -48,13 +49,6 @@ CameraSight sight_of(const hal::GrayImage& image, double texture) {
   sight.texture = texture;
   sight.sharpness = sharpness_of(as_mat(image));
   return sight;
-}
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 PairSight pair_sight(const PieceSearch& search, const RectifiedRig& rig) {

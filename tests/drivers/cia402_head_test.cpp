@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "tests/drivers/head_bench.h"
 
@@ -21,8 +21,6 @@ using testing::HeadBench;
 using testing::ScriptedDrive;
 using State = ScriptedDrive::State;
 using std::chrono::milliseconds;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 class RunningHead : public ::testing::Test {
  protected:

@@ -1,11 +1,10 @@
 // A voxel map around SyntheticRoom, and a walk through what it knows.
 #pragma once
 
+#include "hal/angle.h"
 #include "nav/voxel_map.h"
 
 namespace headway::nav {
-
-constexpr double kDegree = 0.017453292519943295;
 
 inline VoxelMap room_map(double resolution = 0.05) {
   VoxelMapConfig config;

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "simulated_head.h"
 #include "vision/head_observability.h"
@@ -14,7 +15,6 @@ namespace headway::vision {
 namespace {
 
 using Eigen::Vector3d;
-using test::kDegree;
 using test::PlantedErrors;
 using test::Session;
 using test::SimulatedHead;

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "tests/source_dir/source_dir.h"
 #include "vision/rectify.h"
@@ -17,7 +17,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180;
 const std::filesystem::path kConfig = source_dir() / "config/hrp2";
 
 const HeadRig& rig_named(const CameraHead& head, const std::string& name) {

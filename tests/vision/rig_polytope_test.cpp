@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "exact_polytope.h"
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "random_rig.h"
 #include "vision/triangulation.h"
@@ -21,8 +21,6 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using test::between;
 using testing::HasSubstr;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 RectifiedRig square_rig() {
   return {{480, 480, 240 / std::tan(16.5 * kDegree), 239.5, 239.5}, 0.144, 0, 0.8, 6};

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "hal/angle.h"
 #include "random_rig.h"
 #include "same_rig.h"
 #include "tests/source_dir/source_dir.h"
@@ -22,7 +22,6 @@ using test::random_rig;
 using test::same;
 using testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180;
 const std::filesystem::path kRigs = source_dir() / "config/hrp2/rigs";
 
 std::string file_text(const std::filesystem::path& file) {

@@ -3,17 +3,15 @@
 #pragma once
 
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <vector>
 
+#include "hal/angle.h"
 #include "hal/head_kinematics.h"
 #include "sim_hal/trapezoid.h"
 #include "vision/head_calibration.h"
 
 namespace headway::vision::test {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// The neck as designed (config/hrp2/robot.yaml).
 inline hal::HeadKinematics designed_neck() {

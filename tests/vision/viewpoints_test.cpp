@@ -1,10 +1,10 @@
 #include "vision/viewpoints.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/head_kinematics.h"
 #include "vision/rig_polytope.h"
 
@@ -12,8 +12,6 @@ namespace headway::vision {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Square images 33 deg wide and high, 0.144 m apart.
 RectifiedRig square_rig() {
