@@ -28,6 +28,7 @@ int run_program(int argc, const char* const* argv) {
   add_reconstruct(program, run);
   add_characterise(program, run);
   add_calibrate(program, run);
+  add_rig(program, run);
   try {
     program.parse(argc, argv);
     return run();

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,6 +14,8 @@
 #include "app/neck_file.h"
 #include "app/pictures.h"
 #include "app/robot_file.h"
+#include "hal/angle.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 #include "tests/vision/rendered_board.h"
@@ -29,33 +30,13 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
 const fs::path kTree = source_dir();
 
-struct Outcome {
-  int code = 0;
-  std::string error;
-};
+using test::Outcome, test::says;
 
 Outcome run_headway(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {"headway", "calibrate"});
-  std::vector<const char*> argv;
-  for (const std::string& a : arguments) argv.push_back(a.c_str());
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
-  const int code = run_program(static_cast<int>(argv.size()), argv.data());
-  testing::internal::GetCapturedStdout();
-  return {code, testing::internal::GetCapturedStderr()};
-}
-
-/// Bad input in one line, with all of these in it.
-testing::AssertionResult says(const Outcome& outcome, const std::vector<std::string>& parts) {
-  if (outcome.code != kBadInput) return testing::AssertionFailure() << "exit code " << outcome.code;
-  if (std::count(outcome.error.begin(), outcome.error.end(), '\n') != 1)
-    return testing::AssertionFailure() << "not one line: " << outcome.error;
-  for (const std::string& part : parts)
-    if (outcome.error.find(part) == std::string::npos) return testing::AssertionFailure() << outcome.error;
-  return testing::AssertionSuccess();
+  arguments.insert(arguments.begin(), "calibrate");
+  return test::run_headway(arguments);
 }
 
 nlohmann::json json_of(const fs::path& file) { return nlohmann::json::parse(read_text(file)); }

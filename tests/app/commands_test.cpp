@@ -13,6 +13,7 @@
 
 #include "app/drawing.h"
 #include "app/report.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
@@ -22,35 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-struct Outcome {
-  int code = 0;
-  std::string error;
-};
-
-Outcome run_headway(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "headway");
-  std::vector<const char*> argv;
-  for (const std::string& a : arguments) argv.push_back(a.c_str());
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
-  const int code = run_program(static_cast<int>(argv.size()), argv.data());
-  testing::internal::GetCapturedStdout();
-  return {code, testing::internal::GetCapturedStderr()};
-}
+using test::Outcome, test::run_headway, test::says;
 
 nlohmann::json json_of(const fs::path& file) { return nlohmann::json::parse(read_text(file)); }
-
-/// One line on stderr, with all of these in it.
-testing::AssertionResult says(const Outcome& outcome, const std::vector<std::string>& parts) {
-  if (outcome.code != kBadInput) return testing::AssertionFailure() << "exit code " << outcome.code;
-  if (std::count(outcome.error.begin(), outcome.error.end(), '\n') != 1) {
-    return testing::AssertionFailure() << "not one line: " << outcome.error;
-  }
-  for (const std::string& part : parts) {
-    if (outcome.error.find(part) == std::string::npos) return testing::AssertionFailure() << outcome.error;
-  }
-  return testing::AssertionSuccess();
-}
 
 /// Random dots on a wall, seen with one disparity; in the right image they lie `shift` pixels further left.
 void write_dots(const fs::path& left, const fs::path& right, int width, int height, int shift) {
