@@ -136,9 +136,7 @@ class Reconstruction {
         "{}: {} points; {:.1f} % of the pixels matched; report.json, depth.png, uncertainty.png, cloud.ply, "
         "map.bt\n",
         options_.out.string(), report_["points"].dump(), 100 * matched_);
-    for (const vision::SightFinding& finding : eyes.sight().findings)
-      fmt::print(stderr, "headway: {}, {}: {}\n", options_.left.string(), options_.right.string(),
-                 finding.what);
+    print_findings(eyes.sight(), options_.left, options_.right);
     return eyes.sight().fault() ? kNotReached : kSuccess;
   }
 

@@ -14,6 +14,9 @@
 
 namespace headway::app {
 
+/// A point or direction of an optical frame (x right, y down, z forward) with x forward, y left, z up.
+inline Eigen::Vector3d upright(const Eigen::Vector3d& p) { return {p.z(), -p.x(), -p.y()}; }
+
 /// Everything is in one frame [m] with z up. Drawn at twice the size and shrunk at the end, so that edges are
 /// smooth. What comes to lie behind the eye is left out.
 class ScenePicture {

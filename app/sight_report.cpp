@@ -1,5 +1,7 @@
 #include "app/sight_report.h"
 
+#include <fmt/format.h>
+
 namespace headway::app {
 
 namespace {
@@ -28,6 +30,12 @@ Json sight_report(const vision::SightReport& sight) {
           {"row_offset_px", rounded(sight.pair.row_offset, 3)},
           {"behind_infinity", rounded(sight.pair.behind_infinity)},
           {"findings", findings}};
+}
+
+void print_findings(const vision::SightReport& sight, const std::filesystem::path& left,
+                    const std::filesystem::path& right) {
+  for (const vision::SightFinding& finding : sight.findings)
+    fmt::print(stderr, "headway: {}, {}: {}\n", left.string(), right.string(), finding.what);
 }
 
 }  // namespace headway::app

@@ -1,6 +1,8 @@
 // What a report says of how the cameras see.
 #pragma once
 
+#include <filesystem>
+
 #include "app/report.h"
 #include "vision/sight_check.h"
 
@@ -8,5 +10,9 @@ namespace headway::app {
 
 /// The numbers behind a judgement, and what was found wrong: `findings` is empty for a healthy pair.
 Json sight_report(const vision::SightReport& sight);
+
+/// One line to stderr for each thing found wrong with the pair in these files.
+void print_findings(const vision::SightReport& sight, const std::filesystem::path& left,
+                    const std::filesystem::path& right);
 
 }  // namespace headway::app

@@ -22,15 +22,12 @@ constexpr double kTear = 0.03;  // depth step, as a share of the depth, over whi
 constexpr double kSigmas = 10;  // three would hardly be seen
 constexpr int kAcross = 26;     // ellipsoids along the image's width
 
-/// From the optical frame to x forward, y left, z up.
-Vector3d turned(const Vector3d& p) { return {p.z(), -p.x(), -p.y()}; }
-
 bool shown(const vision::RangeView& view, int u, int v) {
   return static_cast<double>(view.depth[view.index(u, v)]) <= view.far;  // false for NaN
 }
 
 Vector3d point(const vision::RangeView& view, int u, int v) {
-  return turned(view.camera.point(u, v, static_cast<double>(view.depth[view.index(u, v)])));
+  return upright(view.camera.point(u, v, static_cast<double>(view.depth[view.index(u, v)])));
 }
 
 void draw_surface(ScenePicture& scene, const vision::RangeView& view, const hal::GrayImage& left) {
@@ -103,7 +100,7 @@ void draw_ellipsoids(ScenePicture& scene, const vision::RangeView& view, const S
       const Vector3d centre = point(view, u, v);
       for (const auto& t : triangles)
         scene.lit_triangle(
-            {centre + turned(shape * t[0]), centre + turned(shape * t[1]), centre + turned(shape * t[2])},
+            {centre + upright(shape * t[0]), centre + upright(shape * t[1]), centre + upright(shape * t[2])},
             colour);
     }
 }

@@ -71,9 +71,9 @@ void move(PixelPairField& pairs, const Eigen::Isometry3d& to_from_pairs) {
 
 }  // namespace
 
-Characteristics characterise(const StereoRig& rig, const RectifiedRig& rectified,
-                             const Eigen::Isometry3d& rectified_from_left,
-                             const std::vector<double>& resolutions) {
+Characteristics characterise(const Rectifier& rectifier, const std::vector<double>& resolutions) {
+  const StereoRig& rig = rectifier.raw();
+  const RectifiedRig& rectified = rectifier.rig();
   const double near = rig.nearest, far = rig.farthest;
   Characteristics out;
   out.rectified = rectified;
@@ -87,7 +87,7 @@ Characteristics characterise(const StereoRig& rig, const RectifiedRig& rectified
   PixelPairConfig config;
   config.pixel_sigma = rig.disparity_sigma / std::sqrt(2.0);  // a disparity is the difference of two
   out.pairs = pixel_pair_field(rig, {near, far}, config);
-  move(out.pairs, rectified_from_left);
+  move(out.pairs, rectifier.rectified_from_left());
   out.sights = sights(rectified);
   for (const double finest : resolutions) {
     auto polytope = resolution_polytope(rectified, out.field, finest);

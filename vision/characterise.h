@@ -8,7 +8,7 @@
 
 #include "vision/pixel_pairs.h"
 #include "vision/polytope.h"
-#include "vision/rectified_rig.h"
+#include "vision/rectify.h"
 #include "vision/resolution.h"
 #include "vision/rig.h"
 #include "vision/viewpoints.h"
@@ -38,21 +38,22 @@ struct ResolvedField {
 
 struct Characteristics {
   RectifiedRig rectified;
-  Polytope field;  ///< of the rectified rig between its nearest and farthest depth
+  /// Of the rectified rig between its nearest and farthest depth: exactly the points that both rectified
+  /// images show. Where a lens distorts or a camera is turned, the raw images show more at their rims, which
+  /// rectification cuts off; `pairs` holds that too.
+  Polytope field;
   std::array<PolytopeSize, 3> rectified_sizes{};  ///< no depth limit, near, near and far
-  std::array<PolytopeSize, 3> mounted_sizes{};    ///< the same of the two cameras as they are mounted
-  int matcher_columns = 0;              ///< that a matcher without padding leaves out at the left (OpenCV's)
-  double padded_share = 0;              ///< of the field's volume that those columns would cost
-  PixelPairField pairs;                 ///< the paper's way; everything in the rectified left camera's frame
+  /// The same of the two cameras as they are mounted, with ideal lenses.
+  std::array<PolytopeSize, 3> mounted_sizes{};
+  int matcher_columns = 0;  ///< that a matcher without padding leaves out at the left (OpenCV's)
+  double padded_share = 0;  ///< of the field's volume that those columns would cost
+  PixelPairField pairs;  ///< the paper's way, of raw pixels; everything in the rectified left camera's frame
   std::vector<SightAt> sights;          ///< nearest to farthest depth, evenly in log Z
   std::vector<ResolvedField> resolved;  ///< those of the resolutions asked for that some place has
 };
 
-/// `rectified` and `rectified_from_left` come from the rig's Rectifier. Throws InputError for degenerate
-/// rigs.
-Characteristics characterise(const StereoRig& rig, const RectifiedRig& rectified,
-                             const Eigen::Isometry3d& rectified_from_left,
-                             const std::vector<double>& resolutions);
+/// Of the rectifier's rig. Throws InputError for degenerate ones.
+Characteristics characterise(const Rectifier& rectifier, const std::vector<double>& resolutions);
 
 /// The place at depth `z` midway between the cameras, in the middle of the images' height [m].
 Eigen::Vector3d on_axis(const RectifiedRig& rig, double z);

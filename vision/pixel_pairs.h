@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "hal/angle.h"
 #include "vision/polytope.h"
 #include "vision/rig.h"
 #include "vision/rig_polytope.h"
@@ -20,8 +21,8 @@ struct PixelPairConfig {
   double pixel_sigma = 0.25;    ///< standard deviation of each pixel coordinate [px], for the covariances
   /// Half-spaces closer than both are one. Exact arithmetic finds none of the hull's redundant: a facet
   /// between pixels rounded up and down differs from its neighbour by a hair.
-  double merge_angle = 0.2 * 0.017453292519943295;  ///< [rad]
-  double merge_offset = 0.005;                      ///< [m]
+  double merge_angle = 0.2 * kDegree;  ///< [rad]
+  double merge_offset = 0.005;         ///< [m]
 };
 
 struct PixelPairField {
@@ -31,9 +32,10 @@ struct PixelPairField {
   Polytope minimal;                    ///< after merging: contains the hull
 };
 
-/// Pairs each left pixel with every column of the right image, at the whole row that lies next to its
-/// epipolar line. Lenses are taken as ideal. Throws InputError for unusable rigs and when the points span no
-/// volume.
+/// Pairs each left pixel with those along its epipolar line in the right image, one for every column that an
+/// ideal lens would show there: the whole pixel next to the line. Both are pixels of the raw images; each
+/// stands for the ray that its lens, distorting or not, sends there. Throws InputError for unusable rigs and
+/// when the points span no volume.
 PixelPairField pixel_pair_field(const StereoRig& rig, const FieldLimits& limits,
                                 const PixelPairConfig& config = {});
 

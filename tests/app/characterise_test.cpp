@@ -1,4 +1,5 @@
 // The command characterise as a user calls it.
+#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -10,8 +11,10 @@
 #include "app/commands.h"
 #include "app/drawing.h"
 #include "app/mesh_files.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
+#include "tests/vision/scene.h"
 #include "vision/head_file.h"
 #include "vision/rig_files.h"
 
@@ -23,26 +26,15 @@ using testing::HasSubstr;
 
 const fs::path kConfig = source_dir() / "config";
 
-struct Outcome {
-  int code = 0;
-  std::string said, error;
-};
+using test::Outcome, test::run_headway;
 
 class Characterise : public testing::Test {
  protected:
   Outcome run(const fs::path& rig, std::vector<std::string> more = {},
               const fs::path& robot = kConfig / "hrp2/robot.yaml") {
-    std::vector<std::string> arguments{"headway", "characterise", rig.string(), "--robot", robot.string()};
+    std::vector<std::string> arguments{"characterise", rig.string(), "--robot", robot.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    std::vector<const char*> argv;
-    for (const std::string& a : arguments) argv.push_back(a.c_str());
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
-    Outcome outcome;
-    outcome.code = run_program(static_cast<int>(argv.size()), argv.data());
-    outcome.said = testing::internal::GetCapturedStdout();
-    outcome.error = testing::internal::GetCapturedStderr();
-    return outcome;
+    return run_headway(arguments);
   }
   nlohmann::json report() const { return nlohmann::json::parse(read_text(folder_ / "out/report.json")); }
   std::string out() const { return (folder_ / "out").string(); }
@@ -104,17 +96,24 @@ TEST_F(Characterise, WritesTheSameBytesTwice) {
   EXPECT_EQ(bytes(), bytes());
 }
 
-TEST_F(Characterise, ShowsTheSurfaceOfAPair) {
-  cv::Mat1b noise(480, 340);
-  cv::theRNG().state = 3;
-  cv::randu(noise, 0, 255);
-  write_png(noise, folder_ / "left.png");
-  write_png(noise, folder_ / "right.png");
-  const std::string left = (folder_ / "left.png").string(), right = (folder_ / "right.png").string();
+TEST_F(Characterise, ShowsTheSurfaceOfAPairAndSaysWhatIsWrongWithIt) {
+  const hal::StereoFrame wall = vision::test::plane_seen_by(vision::read_rig(rig_), {0.1, 0, 1}, 2);
+  const auto write = [&](const hal::GrayImage& image, const char* name) {
+    const cv::Mat1b grey(image.height, image.width);
+    std::copy(image.pixels.begin(), image.pixels.end(), grey.data);
+    write_png(grey, folder_ / name);
+    return (folder_ / name).string();
+  };
+  const std::string left = write(wall.left, "left.png"), right = write(wall.right, "right.png");
   const Outcome outcome = run(rig_, {"--out", out(), "--pair", left, right});
   ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
   EXPECT_TRUE(fs::exists(folder_ / "out/surface.png"));
-  write_png(noise(cv::Rect(0, 0, 100, 100)).clone(), folder_ / "left.png");
+  EXPECT_TRUE(report()["sight"]["findings"].empty());
+  const Outcome swapped = run(rig_, {"--out", out(), "--pair", right, left});
+  EXPECT_EQ(swapped.code, kNotReached);
+  EXPECT_THAT(swapped.error, HasSubstr("right.png"));
+  EXPECT_EQ(report()["sight"]["findings"][0]["severity"], "fault");
+  write_png(cv::Mat1b(100, 100, std::uint8_t{90}), folder_ / "left.png");
   const Outcome small = run(rig_, {"--out", out(), "--pair", left, right});
   EXPECT_EQ(small.code, kBadInput);
   EXPECT_THAT(small.error, HasSubstr("left.png"));

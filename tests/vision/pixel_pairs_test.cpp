@@ -1,10 +1,11 @@
 #include "vision/pixel_pairs.h"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "vision/hull.h"
 
@@ -12,8 +13,6 @@ namespace headway::vision {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Two cameras 25 deg wide, each turned in by `inwards`.
 StereoRig toed_in_rig(double inwards) {
@@ -70,6 +69,26 @@ TEST_F(PixelPairs, OfARectifiedRigNeedNoMerging) {
   EXPECT_LE(flat.hull.rows.size(), 12U);
   EXPECT_EQ(flat.minimal.rows.size(), flat.hull.rows.size());
   EXPECT_EQ(flat.minimal.corners.size(), flat.hull.corners.size());
+}
+
+// Lenses that move the corners of their images by a dozen pixels.
+TEST_F(PixelPairs, AreWholePixelsOfImagesThatTheLensDistorts) {
+  StereoRig barrel = rig_;
+  barrel.left.k1 = barrel.right.k1 = -0.25;
+  const PixelPairField field = pixel_pair_field(barrel, limits_);
+  EXPECT_GT(field.points.size(), 3000U);
+  const auto off_the_lattice = [](double at, int size) {  // of 17 whole pixels from the first to the last
+    const double i = std::clamp(std::round(at * 16 / (size - 1)), 0.0, 16.0);
+    return std::abs(at - std::round((size - 1) * i / 16));
+  };
+  for (const UncertainPoint& p : field.points) {
+    const Eigen::Vector2d left = barrel.left.project(p.position),
+                          right = barrel.right.project(barrel.right_from_left * p.position);
+    EXPECT_LT(off_the_lattice(left.x(), barrel.left.width), 1);
+    EXPECT_LT(off_the_lattice(left.y(), barrel.left.height), 1);
+    EXPECT_TRUE(right.x() > -1 && right.x() < barrel.right.width) << right.transpose();
+    EXPECT_TRUE(right.y() > -1 && right.y() < barrel.right.height) << right.transpose();
+  }
 }
 
 TEST_F(PixelPairs, RefuseDepthsThatNoPairReaches) {
