@@ -54,6 +54,7 @@ SightAt sight_at(const RectifiedRig& rig, double z) {
 std::vector<SightAt> sights(const RectifiedRig& rig) {
   constexpr int kDepths = 24;
   std::vector<SightAt> out;
+  out.reserve(kDepths);
   for (int i = 0; i < kDepths; ++i)
     out.push_back(sight_at(rig, rig.nearest * std::pow(rig.farthest / rig.nearest, i / (kDepths - 1.0))));
   return out;
