@@ -155,7 +155,8 @@ Eigen::AlignedBox3d extent_of_occupied(const nav::VoxelMap& map, const MapViewCo
     const nav::VoxelMap::Index corner = nav::VoxelMap::kBrickEdge * map.brick_at(b);
     const auto values = map.values(b);
     for (int i = 0; i < nav::VoxelMap::kBrickVoxels; ++i) {
-      const nav::VoxelMap::Index voxel = corner + nav::VoxelMap::Index(i & 7, (i >> 3) & 7, i >> 6);
+      const nav::VoxelOfBrick in = nav::voxel_of_brick(i);
+      const nav::VoxelMap::Index voxel = corner + nav::VoxelMap::Index(in.x, in.y, in.z);
       const Eigen::Vector3d at = map.centre(voxel);
       if (nav::voxel_of(values[static_cast<std::size_t>(i)]) != nav::Voxel::kOccupied) continue;
       if ((at.array() < config.lowest.array()).any() || (at.array() > config.highest.array()).any()) continue;

@@ -16,35 +16,36 @@ struct Columns {
   std::vector<std::uint8_t> floor;      ///< an occupied voxel at the foot
 };
 
-/// Whether a row of eight voxels holds an occupied one: all others are negative.
-bool any_occupied(const LogOdds* row) {
+constexpr int kAtOnce = 8;  ///< values of a brick that lie in one layer and are looked at together
+
+/// Whether one of eight voxels is occupied: all others are negative.
+bool any_occupied(const LogOdds* values) {
   static_assert(log_odds::kOccupied == 0);
   std::uint64_t bytes = 0;
-  std::memcpy(&bytes, row, sizeof bytes);
+  std::memcpy(&bytes, values, sizeof bytes);
   return (~bytes & 0x8080808080808080U) != 0;
 }
 
 void gather(const VoxelMap& map, const FloorMapConfig& config, std::size_t brick, const FloorGrid& grid,
             Columns& columns) {
-  constexpr int kEdge = VoxelMap::kBrickEdge;
-  const VoxelMap::Index first = kEdge * map.brick_at(brick);
+  const VoxelMap::Index first = kBrickEdge * map.brick_at(brick);
   const auto values = map.values(brick);
-  for (int z = 0; z < kEdge; ++z) {
-    const double height = map.centre(first + VoxelMap::Index(0, 0, z)).z();
-    const bool foot = first.z() + z >= map.foot_begin() && first.z() + z < map.foot_end();
+  for (int i = 0; i < kBrickVoxels; i += kAtOnce) {
+    const LogOdds* some = values.data() + i;
+    if (!any_occupied(some)) continue;
+    const int z = first.z() + voxel_of_brick(i).z;
+    const double height = map.centre({0, 0, z}).z();
+    const bool foot = z >= map.foot_begin() && z < map.foot_end();
     const bool obstacle = height > config.floor_tolerance && height < config.body_height;
     if (!foot && !obstacle) continue;
-    for (int y = 0; y < kEdge; ++y) {
-      const LogOdds* row = values.data() + VoxelMap::in_brick(0, y, z);
-      if (!any_occupied(row)) continue;
-      for (int x = 0; x < kEdge; ++x) {
-        if (row[x] < log_odds::kOccupied) continue;
-        const std::size_t cell = grid.index({first.x() + x, first.y() + y});
-        if (foot) columns.floor[cell] = 1;
-        if (!obstacle) continue;
-        columns.obstacles[cell] = static_cast<std::uint8_t>(std::min(columns.obstacles[cell] + 1, 28));
-        if (row[x] >= config.strong) columns.strong[cell] = 1;
-      }
+    for (int k = 0; k < kAtOnce; ++k) {
+      if (some[k] < log_odds::kOccupied) continue;
+      const VoxelOfBrick in = voxel_of_brick(i + k);
+      const std::size_t cell = grid.index({first.x() + in.x, first.y() + in.y});
+      if (foot) columns.floor[cell] = 1;
+      if (!obstacle) continue;
+      columns.obstacles[cell] = static_cast<std::uint8_t>(std::min(columns.obstacles[cell] + 1, 28));
+      if (some[k] >= config.strong) columns.strong[cell] = 1;
     }
   }
 }

@@ -193,18 +193,19 @@ void Integrator::Scratch::see_voxels(const Eigen::Vector3f& first, const Project
       pv[i] = py[i] * scale + cy;
       inset[i] = half_edge * scale - 0.5F;
     }
-    std::int8_t* evidence_row = evidence.of.data() + row * kEdge;
     for (std::size_t i = 0; i < kEdge; ++i) {
-      evidence_row[i] = 0;
+      std::int8_t& e =
+          evidence.of[static_cast<std::size_t>(in_brick(static_cast<int>(i), row & 7, row >> 3))];
+      e = 0;
       const bool in_view = pz[i] >= near && pz[i] <= far && pu[i] >= inset[i] && pv[i] >= inset[i] &&
                            pu[i] < end_u - inset[i] - 0.5F && pv[i] < end_v - inset[i] - 0.5F;
       if (!in_view) continue;
       const RangeSample& s = image.at(static_cast<int>(pu[i] + 0.5F), static_cast<int>(pv[i] + 0.5F));
       const float r = s.nx * px[i] + s.ny * py[i] + s.nz * pz[i];
       if (r < s.free) {
-        evidence_row[i] = log_odds::kMiss;
+        e = log_odds::kMiss;
       } else if (std::abs(r - 1) <= s.half) {
-        evidence_row[i] = static_cast<std::int8_t>(s.hit);
+        e = static_cast<std::int8_t>(s.hit);
       }
     }
   }
@@ -228,7 +229,7 @@ void Integrator::Scratch::apply(VoxelMap& map, std::size_t brick, Time stamp, In
     const bool foot = layer >= map.foot_begin() && layer < map.foot_end();
     const bool obstacle = layer >= map.foot_end() && map.centre({0, 0, layer}).z() <= obstacle_height;
     for (int k = 0; k < kEdge * kEdge; ++k) {
-      const auto i = static_cast<std::size_t>(z * kEdge * kEdge + k);
+      const auto i = static_cast<std::size_t>(in_brick(k & 7, k >> 3, z));
       const int e = evidence.of[i];
       if (e == 0) continue;
       (e > 0 ? stats.hits : stats.misses) += 1;

@@ -8,29 +8,15 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "hal/time.h"
+#include "nav/brick.h"
 
 namespace headway::nav {
 
 enum class Voxel : std::uint8_t { kUnseen = 0, kEmpty = 1, kOccupied = 2 };
-
-/// Log-odds of being occupied in units of 0.05, so that OctoMap's defaults are whole numbers.
-using LogOdds = std::int8_t;
-namespace log_odds {
-inline constexpr double kUnit = 0.05;     ///< natural log-odds per unit
-inline constexpr LogOdds kUnseen = -128;  ///< never updated
-inline constexpr LogOdds kLowest = -40, kHighest = 70;
-inline constexpr LogOdds kHit = 17, kMiss = -8;
-inline constexpr LogOdds kOccupied =
-    0;  ///< from here on a voxel counts as occupied, as in OctoMap (p >= 0.5)
-}  // namespace log_odds
-
-/// A stamp older than any other, whose age is still a valid Duration.
-inline constexpr Time kNever = Time(Duration(std::numeric_limits<Duration::rep>::min() / 4));
 
 /// The class of a voxel with this value.
 constexpr Voxel voxel_of(LogOdds value) {
@@ -50,17 +36,10 @@ struct VoxelMapConfig {
   void validate() const;
 };
 
-/// Known about one brick without looking into it.
-struct BrickSummary {
-  std::uint16_t unseen = 512;  ///< voxels never updated
-  std::uint16_t occupied = 0;  ///< voxels that count as occupied
-  Time changed = kNever;       ///< stamp of the view that last changed a value in it
-};
-
 class VoxelMap {
  public:
-  static constexpr int kBrickEdge = 8;  ///< voxels
-  static constexpr int kBrickVoxels = 512;
+  static constexpr int kBrickEdge = nav::kBrickEdge;
+  static constexpr int kBrickVoxels = nav::kBrickVoxels;
   using Index = Eigen::Vector3i;  ///< voxel coordinates, (0, 0, 0) at the box's lowest corner
 
   /// All unseen. Throws InputError as VoxelMapConfig::validate.
@@ -111,7 +90,7 @@ class VoxelMap {
   std::span<const LogOdds, kBrickVoxels> values(std::size_t brick) const {
     return std::span<const LogOdds, kBrickVoxels>(values_.data() + brick * kBrickVoxels, kBrickVoxels);
   }
-  static constexpr int in_brick(int x, int y, int z) { return (z * kBrickEdge + y) * kBrickEdge + x; }
+  static constexpr int in_brick(int x, int y, int z) { return nav::in_brick(x, y, z); }
 
   /// As `values`, to change them; follow with `settle`.
   std::span<LogOdds, kBrickVoxels> edit(std::size_t brick) {
