@@ -1,6 +1,5 @@
 #include "nav/whole_file.h"
 
-#include <fstream>
 #include <system_error>
 
 #include "hal/error.h"
@@ -27,6 +26,16 @@ void write_whole(const std::filesystem::path& file, const std::function<void(std
     std::filesystem::remove(part, ignored);
     throw InputError(file.string() + ": cannot be replaced: " + error.message());
   }
+}
+
+std::ifstream open_whole(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file");
+  std::ifstream in(file, std::ios::binary);
+  if (!std::filesystem::is_regular_file(file, error) || !in) {
+    throw InputError(file.string() + ": cannot be read; expected a file that this user may read");
+  }
+  return in;
 }
 
 }  // namespace headway::nav

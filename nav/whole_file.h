@@ -1,7 +1,8 @@
-// Files that appear whole or not at all, so that a reader never meets half a map.
+// Files that appear whole or not at all, so that a reader never meets half a map; and the way into a file.
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <iosfwd>
 
@@ -10,5 +11,8 @@ namespace headway::nav {
 /// Writes FILE.part with `write` and renames it to `file`. Throws InputError when that fails, and leaves what
 /// was there before.
 void write_whole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
+
+/// Opens a file for reading. Throws InputError when there is none, or it is a folder or a device.
+std::ifstream open_whole(const std::filesystem::path& file);
 
 }  // namespace headway::nav
