@@ -1,0 +1,59 @@
+#include "runtime/durable_file.h"
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "hal/error.h"
+
+namespace headway::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const char* what) {
+  throw InputError(file.string() + ": " + what + ": " + std::system_category().message(errno));
+}
+
+/// Closed on the way out.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& path, int flags) : number_(open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  bool is_open() const { return number_ >= 0; }
+  bool sync() const { return fsync(number_) == 0; }
+
+ private:
+  int number_;
+};
+
+}  // namespace
+
+void write_durably(const fs::path& file, const std::function<void(std::ostream&)>& write) {
+  fs::path part = file;
+  part += ".part";
+  // Open all the while, so that it learns of every fault in writing back.
+  const Descriptor on_disk(part, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!on_disk.is_open()) fail(file, "cannot be written; is the folder there and writable?");
+  std::ofstream out(part, std::ios::binary);
+  write(out);
+  out.close();
+  if (!out || !on_disk.sync()) fail(file, "cannot be written completely; is the disk full?");
+  std::error_code error;
+  fs::rename(part, file, error);
+  if (error) throw InputError(file.string() + ": cannot be replaced: " + error.message());
+  // The name is on the disk only when the folder is.
+  const Descriptor folder(file.has_parent_path() ? file.parent_path() : fs::path("."),
+                          O_RDONLY | O_DIRECTORY);
+  if (!folder.is_open() || !folder.sync()) fail(file, "its folder cannot be written to the disk");
+}
+
+}  // namespace headway::runtime
