@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/command_map_convert.h"
 #include "app/commands.h"
 #include "app/drawing.h"
 #include "app/finite_range.h"
@@ -284,7 +285,7 @@ class MapRun {
 
 void add_map(CLI::App& app, Run& run) {
   auto options = std::make_shared<MapOptions>();
-  CLI::App* command = app.add_subcommand("map", "Builds the map of a recorded sequence.");
+  CLI::App* command = app.add_subcommand("map", "Builds the map of a recorded sequence, or converts a map.");
   command->footer(
       "DIR holds either stereo pairs as EuRoC keeps them (cam0/data/STAMP.png, cam1/data/STAMP.png,\n"
       "cam0/sensor.yaml, cam1/sensor.yaml, left_cam_gt*.csv with poses of the left camera), or depth images\n"
@@ -292,12 +293,12 @@ void add_map(CLI::App& app, Run& run) {
       "camera-intrinsics.txt [3x3]). The map lies level, its floor at z = 0 under the first camera.\n"
       "Writes report.json (with each frame's density and times), pictures, cloud.ply, map.bt, floor.pgm and "
       "floor.yaml.");
-  command->add_option("--sequence", options->sequence, "Folder of the sequence")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--out", options->out, "Folder for what is written; made if need be")
-      ->required()
-      ->type_name("DIR");
+  // Both are required unless a subcommand is asked for.
+  auto* sequence = command->add_option("--sequence", options->sequence, "Folder of the sequence (required)")
+                       ->type_name("DIR");
+  auto* out =
+      command->add_option("--out", options->out, "Folder for what is written; made if need be (required)")
+          ->type_name("DIR");
   command->add_option("--rig", options->rig, "Rig file in place of cam0/ and cam1/sensor.yaml")
       ->type_name("FILE");
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
@@ -314,7 +315,14 @@ void add_map(CLI::App& app, Run& run) {
       ->check(CLI::IsMember(vision::matcher_names()))
       ->type_name("NAME")
       ->capture_default_str();
-  command->callback([options, &run] { run = [options] { return MapRun(*options).run(); }; });
+  add_map_convert(*command, run);
+  command->callback([options, command, sequence, out, &run] {
+    if (!command->get_subcommands().empty()) return;
+    for (const CLI::Option* option : {sequence, out}) {
+      if (option->empty()) throw CLI::RequiredError(option->get_name());
+    }
+    run = [options] { return MapRun(*options).run(); };
+  });
 }
 
 }  // namespace headway::app

@@ -3,11 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <ostream>
 
+#include "nav/little_endian.h"
 #include "nav/whole_file.h"
 
 namespace headway::nav {
@@ -30,14 +30,6 @@ double resolution(const CloudPoint& p) {
   return std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sigma, Eigen::EigenvaluesOnly)
                                      .eigenvalues()
                                      .maxCoeff()));
-}
-
-/// Little-endian, as the header promises, on any machine.
-void put(std::ostream& out, float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::array<char, 4> bytes{static_cast<char>(bits & 255), static_cast<char>(bits >> 8 & 255),
-                                  static_cast<char>(bits >> 16 & 255), static_cast<char>(bits >> 24)};
-  out.write(bytes.data(), bytes.size());
 }
 
 void put_header(std::ostream& out, std::size_t count) {
@@ -72,10 +64,10 @@ void CloudFile::write(const std::filesystem::path& file) const {
     put_header(out, points_.size());
     const double decades = std::log(config_.blurred / config_.sharp);
     for (const CloudPoint& p : points_) {
-      for (const float c : {p.position.x(), p.position.y(), p.position.z()}) put(out, c);
+      for (const float c : {p.position.x(), p.position.y(), p.position.z()}) out << little_endian(c).text();
       const double t = std::log(std::max(resolution(p), 1e-9) / config_.sharp) / decades;
       for (const std::uint8_t c : ramp(std::clamp(t, 0.0, 1.0))) out.put(static_cast<char>(c));
-      for (const float c : {p.xx, p.xy, p.xz, p.yy, p.yz, p.zz}) put(out, c);
+      for (const float c : {p.xx, p.xy, p.xz, p.yy, p.yz, p.zz}) out << little_endian(c).text();
     }
   });
 }

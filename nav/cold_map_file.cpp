@@ -9,6 +9,7 @@
 
 #include "nav/byte_reader.h"
 #include "nav/checksum.h"
+#include "nav/little_endian.h"
 #include "nav/whole_file.h"
 
 namespace headway::nav {
@@ -25,12 +26,7 @@ class Writer {
     sum_.add(text);
     out_.write(text.data(), static_cast<std::streamsize>(text.size()));
   }
-  void number(std::uint64_t value, unsigned size = 8) {
-    std::array<char, 8> text{};
-    for (unsigned i = 0; i < size; ++i) text[i] = static_cast<char>(value >> (8 * i) & 255);
-    bytes({text.data(), size});
-  }
-  void sum() { number(sum_.value(), 4); }
+  void sum() { bytes(LittleEndian<4>(sum_.value()).text()); }
 
  private:
   std::ostream& out_;
@@ -95,10 +91,10 @@ void check_version(Reader& in) {
 void write_map_file(const SeenBricks& map, std::ostream& out) {
   Writer file(out);
   file.bytes(fmt::format("{}{}\n", kMagic, kMapFileVersion));
-  file.number(std::bit_cast<std::uint64_t>(map.resolution()));
-  file.number(map.bricks().size());
+  file.bytes(little_endian(map.resolution()).text());
+  file.bytes(LittleEndian<8>(map.bricks().size()).text());
   for (const PlacedBrick& brick : map.bricks()) {
-    file.number(brick.order);
+    file.bytes(LittleEndian<8>(brick.order).text());
     file.bytes({reinterpret_cast<const char*>(brick.values.data()), brick.values.size()});
   }
   file.sum();

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstring>
 
+#include "nav/little_endian.h"
+
 namespace headway::nav {
 namespace {
 
@@ -202,8 +204,8 @@ class LogOddsNodes {
   }
 
   void put(std::size_t place, LogOdds value, unsigned children) {
-    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(value * log_odds::kUnit));
-    for (unsigned i = 0; i < 4; ++i) bytes_[place + i] = static_cast<char>(bits >> (8 * i) & 255);
+    const auto bytes = little_endian(static_cast<float>(value * log_odds::kUnit));
+    bytes_.replace(place, 4, bytes.text());
     bytes_[place + 4] = static_cast<char>(children);
   }
 

@@ -103,7 +103,9 @@ TEST(FloorFiles, SayWhatIsWrongWithAMalformedMap) {
               HasSubstr("floor.pgm: ends after 5 of 6 pixels"));
   EXPECT_THAT(complaint(kYaml, replaced(kPgm, "P5", "P6")), HasSubstr("P5 or P2"));
   EXPECT_THAT(complaint(kYaml, replaced(kPgm, "3 2", "3 -2")), HasSubstr("height"));
-  EXPECT_THAT(complaint(kYaml, replaced(kPgm, "3 2", "30000 30000")), HasSubstr("too short"));
+  EXPECT_THAT(complaint(kYaml, replaced(kPgm, "3 2", "30000 30000")), HasSubstr("more than the 100000000"));
+  EXPECT_THAT(complaint(kYaml, replaced(kPgm, "3 2", "9000 9000")), HasSubstr("ends after 6 of 81000000"));
+  EXPECT_THAT(complaint(kYaml, "P2 9000 9000 255 0 0"), HasSubstr("pixel: expected a whole number"));
   EXPECT_THAT(complaint(kYaml, replaced(kPgm, "255", "65535")), HasSubstr("8-bit"));
   EXPECT_THAT(complaint(kYaml, ""), HasSubstr("P5 or P2"));
   const TemporaryFolder folder;

@@ -1,0 +1,146 @@
+#include "app/command_map_convert.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "app/finite_range.h"
+#include "hal/error.h"
+#include "nav/cold_map.h"
+#include "nav/cold_map_file.h"
+#include "nav/floor_columns.h"
+#include "nav/floor_files.h"
+#include "nav/octomap_files.h"
+#include "nav/voxel_cloud_file.h"
+#include "runtime/durable_file.h"
+
+namespace headway::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConvertOptions {
+  fs::path in, out;
+  std::optional<double> resolution;
+  double floor = 0, height = 1.7;
+};
+
+nav::ColdMap read_floor(const ConvertOptions& options) {
+  const nav::FloorMap floor = nav::read_map_server(fs::path(options.in).replace_extension(".yaml"));
+  const Eigen::Array2d first = floor.grid.origin.array() / floor.grid.resolution;
+  const double shift = (first - first.round()).abs().maxCoeff() * floor.grid.resolution;
+  if (shift > 1e-6) fmt::print("cells move by {:.3f} m, onto the grid of the voxels\n", shift);
+  return nav::raise_floor(floor, options.height);
+}
+
+void write_floor(const nav::ColdMap& map, const ConvertOptions& options) {
+  const fs::path folder = options.out.has_parent_path() ? options.out.parent_path() : fs::path(".");
+  nav::write_map_server(nav::floor_below(map, {}, options.floor), folder, options.out.stem().string());
+}
+
+/// How a format is read and written, and what does not survive it.
+struct Format {
+  std::string_view extension;
+  nav::ColdMap (*read)(const ConvertOptions&);
+  void (*write)(const nav::ColdMap&, const ConvertOptions&);
+  std::string_view loses;
+};
+
+constexpr std::string_view kFloorLoses = "heights: .pgm and .yaml keep only the floor seen from above";
+constexpr std::array<Format, 6> kFormats{{
+    {".hmap", [](const ConvertOptions& o) { return nav::read_map_file(o.in); },
+     [](const nav::ColdMap& map, const ConvertOptions& o) {
+       runtime::write_durably(o.out, [&](std::ostream& out) { nav::write_map_file(map, out); });
+     },
+     ""},
+    {".ot", [](const ConvertOptions& o) { return nav::read_ot(o.in); },
+     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_ot(map, o.out); }, ""},
+    {".bt", [](const ConvertOptions& o) { return nav::read_bt(o.in); },
+     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_bt(map, o.out); },
+     "how sure each voxel is; .bt keeps only occupied or empty"},
+    {".ply", [](const ConvertOptions& o) { return nav::read_voxel_cloud(o.in, o.resolution); },
+     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_voxel_cloud(map, o.out); },
+     "the empty voxels; .ply keeps only the occupied ones"},
+    {".pgm", read_floor, write_floor, kFloorLoses},
+    {".yaml", read_floor, write_floor, kFloorLoses},
+}};
+
+const Format& format_of(const fs::path& file) {
+  for (const Format& format : kFormats) {
+    if (file.extension() == format.extension) return format;
+  }
+  throw InputError(
+      fmt::format("{}: expected a name that ends with .hmap, .ot, .bt, .ply, .pgm or .yaml", file.string()));
+}
+
+/// Known voxels of a map.
+struct Counts {
+  std::size_t occupied = 0, empty = 0;
+};
+
+Counts count(const nav::ColdMap& map) {
+  Counts counts;
+  map.for_any([&](const nav::BrickKey&, const nav::BrickValues& values) {
+    for (const nav::LogOdds v : values) {
+      counts.occupied += v >= nav::log_odds::kOccupied;
+      counts.empty += v < nav::log_odds::kOccupied && v != nav::log_odds::kUnseen;
+    }
+  });
+  return counts;
+}
+
+int convert(const ConvertOptions& options) {
+  const Format &from = format_of(options.in), &to = format_of(options.out);
+  const nav::ColdMap map = from.read(options);
+  to.write(map, options);
+  const Counts counts = count(map);
+  fmt::print("{}: {} occupied and {} empty voxels of {} m, in {} bricks\n", options.in.string(),
+             counts.occupied, counts.empty, map.resolution(), map.size());
+  const bool loses = !to.loses.empty() && to.loses != from.loses;
+  fmt::print("{}: written{}{}\n", options.out.string(), loses ? ", without " : "", loses ? to.loses : "");
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_map_convert(CLI::App& map, Run& run) {
+  auto options = std::make_shared<ConvertOptions>();
+  CLI::App* command = map.add_subcommand("convert", "Turns a map from one file format into another.");
+  command->footer(
+      "What IN and OUT end with says which format they have, and what it keeps:\n"
+      "  .hmap        Headway's own: all there is, with a checksum; written so that a crash leaves the old "
+      "file\n"
+      "  .ot          OctoMap's full tree: all there is\n"
+      "  .bt          OctoMap's binary tree: occupied or empty, but not how sure\n"
+      "  .ply         points: the occupied voxels. Any cloud with x, y and z is read, each point as a hit;\n"
+      "               give --resolution where it is no map of Headway's\n"
+      "  .pgm, .yaml  map_server's pair (either name stands for both): the floor seen from above, and what\n"
+      "               stands on it up to 1.7 m. Read, blocked cells become columns as high as --height says\n"
+      "One line says what OUT cannot keep.\n"
+      "Examples: headway map convert build/map/map.bt map.hmap\n"
+      "          headway map convert build/map/cloud.ply map.ot --resolution 0.05\n"
+      "          headway map convert map.hmap floor.yaml");
+  command->add_option("in", options->in, "The map that is there")->required()->type_name("IN");
+  command->add_option("out", options->out, "The map to write")->required()->type_name("OUT");
+  command
+      ->add_option("--resolution", options->resolution, "Edge of the voxels that the points of a .ply go to")
+      ->check(finite_in(nav::ColdMap::kFinest, nav::ColdMap::kCoarsest))
+      ->type_name("M");
+  command->add_option("--floor", options->floor, "Height of the floor in IN, for OUT .pgm or .yaml")
+      ->check(finite_in(-10000, 10000))
+      ->type_name("M")
+      ->capture_default_str();
+  command->add_option("--height", options->height, "Height of the columns raised from IN .pgm or .yaml")
+      ->check(finite_in(0.001, 100))
+      ->type_name("M")
+      ->capture_default_str();
+  command->callback([options, &run] { run = [options] { return convert(*options); }; });
+}
+
+}  // namespace headway::app
