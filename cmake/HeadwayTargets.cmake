@@ -2,6 +2,7 @@
 
 option(HEADWAY_TESTS "Build the tests" ON)
 option(HEADWAY_BENCH "Build the benchmarks" ON)
+option(HEADWAY_FUZZ "Build the fuzzers (with clang: libFuzzer)" OFF)
 option(HEADWAY_COVERAGE "Instrument for gcov" OFF)
 set(HEADWAY_SANITIZE "" CACHE STRING "Sanitizers, as in -fsanitize= (address,undefined or thread)")
 

@@ -22,8 +22,8 @@ struct PlacedBrick {
 /// Points into the map, which must stay as it is meanwhile.
 class SeenBricks {
  public:
-  SeenBricks(const VoxelMap& map);  // NOLINT(google-explicit-constructor): either map is written the same way
-  SeenBricks(const ColdMap& map);   // NOLINT(google-explicit-constructor)
+  SeenBricks(const VoxelMap& map);  // not explicit: writers take either map
+  SeenBricks(const ColdMap& map);
 
   double resolution() const { return resolution_; }
   std::span<const PlacedBrick> bricks() const { return bricks_; }
