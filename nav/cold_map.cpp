@@ -34,10 +34,10 @@ const BrickValues* ColdMap::find(const BrickKey& key) const {
   return found == bricks_.end() ? nullptr : &found->second;
 }
 
-bool ColdMap::put(const BrickKey& key, const BrickValues& values) {
+bool ColdMap::put(const BrickKey& key, std::span<const LogOdds, kBrickVoxels> values) {
   if (!within_octree(key)) return false;
   if (anything_known(values)) {
-    bricks_.insert_or_assign(key, values);
+    std::copy(values.begin(), values.end(), bricks_.try_emplace(key).first->second.begin());
   } else {
     bricks_.erase(key);
   }
@@ -52,13 +52,12 @@ bool ColdMap::take(const BrickKey& key, BrickValues& values) {
   return true;
 }
 
-bool ColdMap::merge(const BrickKey& key, const BrickValues& values) {
+bool ColdMap::merge(const BrickKey& key, std::span<const LogOdds, kBrickVoxels> values) {
   if (!within_octree(key)) return false;
   if (!anything_known(values)) return true;
-  const auto [place, is_new] = bricks_.try_emplace(key, values);
-  if (is_new) return true;
+  BrickValues& brick = edit(key);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    LogOdds& known = place->second[i];
+    LogOdds& known = brick[i];
     if (values[i] == log_odds::kUnseen) continue;
     const int sum = known == log_odds::kUnseen ? values[i] : known + values[i];
     known = static_cast<LogOdds>(std::clamp<int>(sum, log_odds::kLowest, log_odds::kHighest));
@@ -72,7 +71,7 @@ BrickValues& ColdMap::edit(const BrickKey& key) {
   return place->second;
 }
 
-bool anything_known(const BrickValues& values) {
+bool anything_known(std::span<const LogOdds, kBrickVoxels> values) {
   return std::any_of(values.begin(), values.end(), [](LogOdds v) { return v != log_odds::kUnseen; });
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <unordered_map>
 
 #include "nav/brick.h"
@@ -32,12 +33,12 @@ class ColdMap {
 
   /// Keeps the brick in place of what was known there; one in which nothing is known is forgotten. False, and
   /// nothing changes, when the key lies outside of OctoMap's trees.
-  bool put(const BrickKey& key, const BrickValues& values);
+  bool put(const BrickKey& key, std::span<const LogOdds, kBrickVoxels> values);
   /// Moves the brick out of the map. False, and `values` stays, when nothing is known there.
   bool take(const BrickKey& key, BrickValues& values);
   /// Joins what was seen there at another time: log-odds of independent views add up, within
   /// log_odds::kLowest..kHighest; where only one has seen, it counts. As put otherwise.
-  bool merge(const BrickKey& key, const BrickValues& values);
+  bool merge(const BrickKey& key, std::span<const LogOdds, kBrickVoxels> values);
   /// The brick to change, with all voxels unseen when it was not there. Only for keys within_octree.
   BrickValues& edit(const BrickKey& key);
 
@@ -64,6 +65,6 @@ class ColdMap {
 };
 
 /// Whether a voxel of the brick has been seen.
-bool anything_known(const BrickValues& values);
+bool anything_known(std::span<const LogOdds, kBrickVoxels> values);
 
 }  // namespace headway::nav
