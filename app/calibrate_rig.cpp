@@ -1,6 +1,7 @@
 #include "app/calibrate_rig.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "app/image_pairs.h"
 #include "app/report.h"
 #include "hal/error.h"
+#include "vision/calibration_gaps.h"
 #include "vision/image_files.h"
 #include "vision/rig_files.h"
 
@@ -28,7 +30,7 @@ std::string described(const vision::Board& board) {
 /// The pairs in which both images show the board.
 struct Seen {
   int width = 0, height = 0;
-  std::vector<std::string> names, skipped;
+  std::vector<std::string> skipped;
   std::vector<vision::BoardPair> pairs;
 };
 
@@ -48,18 +50,29 @@ class BoardSearch {
                       "the whole board is in view and lit evenly",
                       described(board_), images.size(), seen_.skipped.front()));
     }
+    if (seen_.pairs.size() < vision::kFewestViews && !seen_.skipped.empty()) {
+      throw InputError(fmt::format(
+          "only {} of {} pairs can be used, expected at least {} ({}); take more pairs with the "
+          "board well inside both images",
+          seen_.pairs.size(), images.size(), vision::kFewestViews, fmt::join(seen_.skipped, "; ")));
+    }
     return std::move(seen_);
   }
 
  private:
   void add(const ImagePair& pair) {
-    const vision::BoardPair views{look(pair.left), look(pair.right)};
+    const vision::BoardPair views{look(pair.left), look(pair.right), pair.name};
     const auto shared = vision::shared_corners(views.left, views.right);
     const auto skip = [&](const std::string& why) { seen_.skipped.push_back(pair.name + ": " + why); };
-    if (views.left.empty()) return skip("no board in " + pair.left.filename().string());
-    if (views.right.empty()) return skip("no board in " + pair.right.filename().string());
-    if (!vision::shows_enough(board_, shared.left)) return skip("too few corners are seen by both cameras");
-    seen_.names.push_back(pair.name);
+    for (const auto& [view, file] : {std::pair{&views.left, pair.left}, {&views.right, pair.right}}) {
+      if (view->empty())
+        return skip((board_.markers ? fmt::format("fewer than {} corners in ", vision::kFewestCorners)
+                                    : "no board in ") +
+                    file.filename().string());
+    }
+    if (!vision::shows_enough(board_, shared.left))
+      return skip(fmt::format("both cameras see {} of the same corners, expected {} or more, not in one line",
+                              shared.left.size(), vision::kFewestCorners));
     seen_.pairs.push_back(views);
   }
 
@@ -99,6 +112,9 @@ Json of_estimates(const std::vector<vision::Estimate>& estimates) {
   return out;
 }
 
+constexpr std::array<std::pair<const char*, vision::BoardView vision::BoardPair::*>, 2> kSides{
+    {{"left", &vision::BoardPair::left}, {"right", &vision::BoardPair::right}}};
+
 /// A pair stands out when any of its errors does.
 std::vector<bool> outliers_of(const std::vector<vision::PairError>& errors) {
   std::vector<bool> out(errors.size(), false);
@@ -124,19 +140,34 @@ class RigCalibration {
     const std::vector<ImagePair> images = find_image_pairs(options_.paths);
     make_folder(options_.out);
     seen_ = BoardSearch(options_.board).run(images);
-    result_ = fit(options_.lenses);
+    outliers_.assign(seen_.pairs.size(), false);
+    write_coverage();  // it tells most where the fit fails
+    try {
+      result_ = fit(options_.lenses);
+    } catch (const vision::UndeterminedLens& fault) {
+      throw InputError(
+          fmt::format("{}; {} shows where it was", fault.what(), (options_.out / "coverage.png").string()));
+    }
     result_.rig.name = options_.name;
     result_.rig.nearest = options_.nearest, result_.rig.farthest = options_.farthest;
     vision::write_rig(result_.rig, options_.out / "rig.yaml");
     outliers_ = outliers_of(result_.pairs);
-    write_png(coverage_picture(seen_.pairs, outliers_, seen_.width, seen_.height),
-              options_.out / "coverage.png");
+    write_coverage();
     describe(images.size());
     write_json(options_.out / "report.json", report_);
     return tell(images.size());
   }
 
  private:
+  void write_coverage() const {
+    write_png(coverage_picture(seen_.pairs, outliers_, seen_.width, seen_.height),
+              options_.out / "coverage.png");
+  }
+
+  std::vector<std::string> unseen(vision::BoardView vision::BoardPair::*side) const {
+    return vision::unseen_corners(views_of(seen_.pairs, side), seen_.width, seen_.height);
+  }
+
   vision::StereoCalibration fit(vision::Lenses lenses) const {
     return vision::calibrate_stereo(options_.board, seen_.pairs, seen_.width, seen_.height, lenses);
   }
@@ -170,29 +201,29 @@ class RigCalibration {
   }
 
   void describe_pairs() {
-    Json covered = Json::object();
-    for (const bool right : {false, true}) {
-      std::vector<const vision::BoardView*> views;
-      for (const auto& pair : seen_.pairs) views.push_back(right ? &pair.right : &pair.left);
-      covered[right ? "right" : "left"] = rounded(coverage_of(views, seen_.width, seen_.height).share());
+    Json covered = Json::object(), never = Json::object();
+    for (const auto& [name, side] : kSides) {
+      covered[name] = rounded(coverage_of(views_of(seen_.pairs, side), seen_.width, seen_.height).share());
+      never[name] = unseen(side);
     }
     report_["coverage"] = covered;
+    report_["corners_of_the_image_never_covered"] = never;
     report_["outliers"] = Json::array();
     report_["pairs"] = Json::array();
-    for (std::size_t i = 0; i < seen_.names.size(); ++i) {
+    for (std::size_t i = 0; i < seen_.pairs.size(); ++i) {
       const vision::PairError& e = result_.pairs[i];
-      report_["pairs"].push_back({{"name", seen_.names[i]},
+      report_["pairs"].push_back({{"name", seen_.pairs[i].name},
                                   {"left_rms_px", rounded(e.left)},
                                   {"right_rms_px", rounded(e.right)},
                                   {"epipolar_rms_px", rounded(e.epipolar)}});
-      if (outliers_[i]) report_["outliers"].push_back(seen_.names[i]);
+      if (outliers_[i]) report_["outliers"].push_back(seen_.pairs[i].name);
     }
   }
 
   int tell(std::size_t images) const {
     std::string outliers;
     for (std::size_t i = 0; i < outliers_.size(); ++i) {
-      if (outliers_[i]) outliers += (outliers.empty() ? "; stands out: " : ", ") + seen_.names[i];
+      if (outliers_[i]) outliers += (outliers.empty() ? "; stands out: " : ", ") + seen_.pairs[i].name;
     }
     fmt::print(
         "{}: rms {:.3f} px, epipolar error {:.3f} px (mean; rms {:.3f}), baseline {:.4f} m, from {} of {} "
@@ -200,6 +231,13 @@ class RigCalibration {
         "rig.yaml, report.json, coverage.png\n",
         options_.out.string(), result_.rms, result_.epipolar.mean, result_.epipolar.rms,
         result_.rig.baseline(), seen_.pairs.size(), images, outliers);
+    for (const auto& [name, side] : kSides) {
+      if (const auto corners = unseen(side); !corners.empty())
+        fmt::print(stderr,
+                   "headway: {}: the {} camera never saw the board near the {} of its image: its lens is a "
+                   "guess there\n",
+                   (options_.out / "rig.yaml").string(), name, fmt::join(corners, ", "));
+    }
     if (result_.epipolar.mean <= kLargestEpipolarError) return kSuccess;
     fmt::print(stderr,
                "headway: {}: rows differ by {:.2f} px on average, expected at most {} px; look at the pairs "

@@ -59,6 +59,13 @@ void draw_cells(cv::Mat& picture, const Panel& panel, const Coverage& coverage) 
 
 }  // namespace
 
+std::vector<const vision::BoardView*> views_of(const std::vector<vision::BoardPair>& pairs,
+                                               vision::BoardView vision::BoardPair::*side) {
+  std::vector<const vision::BoardView*> views;
+  for (const vision::BoardPair& pair : pairs) views.push_back(&(pair.*side));
+  return views;
+}
+
 double Coverage::share() const {
   const auto seen = std::count_if(corners.begin(), corners.end(), [](int n) { return n > 0; });
   return corners.empty() ? 0 : static_cast<double>(seen) / static_cast<double>(corners.size());
@@ -90,8 +97,7 @@ cv::Mat coverage_picture(const std::vector<vision::BoardPair>& pairs, const std:
   for (const bool right : {false, true}) {
     const Panel panel{{right ? kWidth + 2 * kMargin : kMargin, kTitle, kWidth, panel_height}, scale};
     const auto side = right ? &vision::BoardPair::right : &vision::BoardPair::left;
-    std::vector<const vision::BoardView*> views;
-    for (const vision::BoardPair& pair : pairs) views.push_back(&(pair.*side));
+    const std::vector<const vision::BoardView*> views = views_of(pairs, side);
     const Coverage coverage = coverage_of(views, width, height);
     draw_cells(picture, panel, coverage);
     for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -10,6 +10,10 @@
 
 namespace headway::app {
 
+/// What one camera of the pairs saw.
+std::vector<const vision::BoardView*> views_of(const std::vector<vision::BoardPair>& pairs,
+                                               vision::BoardView vision::BoardPair::*side);
+
 /// Images are divided into cells, about ten across, of about equal sides.
 struct Coverage {
   int across = 0, down = 0;

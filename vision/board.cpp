@@ -19,7 +19,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kRefinementWindow = 5;  // [px] each way from a corner, if the squares are not smaller
-constexpr std::size_t kFewestCorners = 6;
 
 cv::TermCriteria refined() { return {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 1e-3}; }
 

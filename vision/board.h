@@ -55,7 +55,9 @@ struct BoardView {
 /// other even; or markers); otherwise it is the one that lies to the upper left of the image.
 BoardView find_board(const Board& board, const hal::GrayImage& image);
 
-/// Whether a view shows 6 corners or more, not all in one line: enough for a pose.
+inline constexpr std::size_t kFewestCorners = 6;  ///< of a view, for a pose
+
+/// Whether a view shows that many corners or more, not all in one line: enough for a pose.
 bool shows_enough(const Board& board, const BoardView& view);
 
 /// The corners that both views show, in each.

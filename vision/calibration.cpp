@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
 
-#include "hal/error.h"
+#include "vision/calibration_gaps.h"
 
 namespace headway::vision {
 
@@ -119,6 +119,49 @@ void require_focal(const std::vector<Estimate>& estimates) {
       "the views do not determine the focal length ({:.0f} px, standard deviation {:.0f} px); expected "
       "views of the board turned to all sides by 20 deg and more",
       focal.value, focal.sigma));
+}
+
+std::vector<SharedCorners> shared_by(const Board& board, const std::vector<BoardPair>& pairs) {
+  std::vector<SharedCorners> shared;
+  shared.reserve(pairs.size());
+  for (const BoardPair& pair : pairs) {
+    shared.push_back(shared_corners(pair.left, pair.right));
+    if (!shows_enough(board, shared.back().left))
+      fail(fmt::format(
+          "pair {}: both cameras see {} of the same corners, expected {} or more, not in one line", pair.name,
+          shared.back().left.size(), kFewestCorners));
+  }
+  return shared;
+}
+
+void require_whole(const std::vector<bool>& torn, const std::vector<BoardPair>& pairs) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (torn[i]) names.push_back(pairs[i].name);
+  if (!names.empty())
+    fail(fmt::format(
+        "pair {}: left and right image do not belong together (the other {} pairs agree on the cameras' "
+        "places); leave out what was not taken at one moment, or take it again",
+        fmt::join(names, ", "), pairs.size() - names.size()));
+}
+
+/// Says what the pairs lack when a lens comes out as none can be; other faults are the rig's own.
+void require_lens(const StereoRig& rig, const std::vector<BoardPair>& pairs) {
+  const auto fault = fault_of(rig);
+  if (!fault) return;
+  const bool left = fault->key.starts_with("left."), right = fault->key.starts_with("right.");
+  if (!left && !right) fail(fault->what);
+  std::vector<const BoardView*> views;
+  for (const BoardPair& pair : pairs) views.push_back(left ? &pair.left : &pair.right);
+  const auto unseen = unseen_corners(views, rig.left.width, rig.left.height);
+  const std::string lack =
+      unseen.empty() ? "take 10 pairs or more, with the board turned to all sides by 20 deg and more"
+                     : fmt::format(
+                           "none shows the board near the {0} of its image; take more pairs with the board "
+                           "there, turned to all sides",
+                           fmt::join(unseen, ", "));
+  throw UndeterminedLens(fmt::format("calibration: {} pairs do not determine the {} camera's lens: {}",
+                                     pairs.size(), left ? "left" : "right", lack));
 }
 
 StereoRig fit_rig(const Board& board, const std::vector<SharedCorners>& pairs, Lens left, Lens right,
@@ -239,16 +282,15 @@ StereoCalibration calibrate_stereo(const Board& board, const std::vector<BoardPa
                                    int height, Lenses lenses) {
   require_usable(board);
   require_enough(pairs.size());
-  std::vector<SharedCorners> shared;
-  shared.reserve(pairs.size());
-  for (const BoardPair& pair : pairs) shared.push_back(shared_corners(pair.left, pair.right));
+  const std::vector<SharedCorners> shared = shared_by(board, pairs);
   const CameraCalibration left = calibrate_camera(board, side_of(pairs, &BoardPair::left), width, height),
                           right = calibrate_camera(board, side_of(pairs, &BoardPair::right), width, height);
+  require_whole(torn_pairs(board, left.camera, right.camera, shared), pairs);
   const bool with_k3 = left.camera.k3 != 0 || right.camera.k3 != 0;
   StereoCalibration out;
   out.rig = fit_rig(board, shared, Lens(left.camera), Lens(right.camera), {width, height},
                     stereo_flags(lenses, with_k3));
-  require_usable(out.rig);
+  require_lens(out.rig, pairs);
   const Rectifier rectifier(out.rig);
   const RigFit fit = fit_boards(out.rig, board, shared);
   out.left_rms = left.rms, out.right_rms = right.rms;

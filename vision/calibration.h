@@ -3,8 +3,10 @@
 // here.
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "hal/error.h"
 #include "vision/board.h"
 #include "vision/calibration_covariance.h"
 #include "vision/calibration_errors.h"
@@ -30,6 +32,7 @@ CameraCalibration calibrate_camera(const Board& board, const std::vector<BoardVi
 /// What both cameras see of the board at one moment.
 struct BoardPair {
   BoardView left, right;
+  std::string name = "one pair";  ///< for messages
 };
 
 /// What is known of the two lenses beforehand.
@@ -54,10 +57,16 @@ struct StereoCalibration {
   std::vector<Estimate> estimates;  ///< of the cameras, then of right_from_left
 };
 
-/// Each camera by itself, then all together (OpenCV's stereoCalibrate). Every pair should share at
-/// least 6 corners not in one line (`shows_enough`), which is not checked here. Depth limits and the like
-/// keep StereoRig's defaults. Throws InputError for fewer than kFewestViews, and for a result that is no
-/// usable rig.
+/// The pairs leave a lens open; the message names where on its image the board is missing.
+class UndeterminedLens : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// Each camera by itself, then all together (OpenCV's stereoCalibrate). Depth limits and the like keep
+/// StereoRig's defaults. Throws InputError for fewer than kFewestViews; for a pair that shares fewer than 6
+/// corners, or only such in one line (`shows_enough`); for one whose images do not belong together
+/// (`torn_pairs`); and for a result that is no usable rig, UndeterminedLens where that is a camera's fault.
 StereoCalibration calibrate_stereo(const Board& board, const std::vector<BoardPair>& pairs, int width,
                                    int height, Lenses lenses = Lenses::kEach);
 

@@ -233,12 +233,49 @@ TEST_F(Calibrate, SaysWhatIsWrong) {
   EXPECT_TRUE(says(run({chess()}, folder_ / "file/out"), {"file"}));
 }
 
-TEST_F(Calibrate, OfOpenCvsPairsAsPublished) {
+TEST_F(Calibrate, NamesThePairWhoseImagesDoNotBelongTogether) {
+  const fs::path in = copy();
+  fs::copy_file(in / "right07.png", in / "right04.png", fs::copy_options::overwrite_existing);
+  EXPECT_TRUE(
+      says(run({in.string()}, folder_ / "out"), {"pair 04: left and right image do not belong together"}));
+}
+
+TEST_F(Calibrate, CountsTheCornersThatAPairIsShort) {
+  const vision::Board board{8, 6, 0.03, vision::BoardMarkers{"4X4_100", 0.022}};
+  const fs::path in = folder_ / "in";
+  write_pairs(in, board, 4);
+  EXPECT_TRUE(says(run_headway({in.string(), "--board", "8x6", "--square", "0.03", "--charuco", "4X4_100",
+                                "--marker", "0.022", "--out", (folder_ / "out").string()}),
+                   {"only 3 of 4 pairs can be used", "expected at least 4",
+                    "01: both cameras see 2 of the same corners, expected 6 or more"}));
+}
+
+/// OpenCV's chessboard pairs; empty where they are not.
+fs::path opencv_pairs() {
   const char* data = std::getenv("HEADWAY_DATA");
-  fs::path folder = fs::path(data ? data : "") / "stereo/chess";
-  if (!data || !fs::exists(folder / "left01.jpg")) folder = "/usr/share/doc/opencv-doc/examples/data";
-  if (!fs::exists(folder / "left01.jpg"))
-    GTEST_SKIP() << "neither HEADWAY_DATA nor Debian's opencv-doc is there";
+  const fs::path own = fs::path(data ? data : "") / "stereo/chess",
+                 debian = "/usr/share/doc/opencv-doc/examples/data";
+  if (data && fs::exists(own / "left01.jpg")) return own;
+  return fs::exists(debian / "left01.jpg") ? debian : fs::path();
+}
+
+TEST_F(Calibrate, SaysWhereTheBoardWasMissingWhenALensStaysOpen) {
+  const fs::path folder = opencv_pairs();
+  if (folder.empty()) GTEST_SKIP() << "neither HEADWAY_DATA nor Debian's opencv-doc is there";
+  std::vector<std::string> some;
+  for (const char* number : {"01", "02", "03", "04"})
+    for (const char* side : {"left", "right"})
+      some.push_back((folder / fmt::format("{}{}.jpg", side, number)).string());
+  EXPECT_TRUE(says(run(some, folder_ / "out"), {"4 pairs do not determine the left camera's lens",
+                                                "near the upper left, lower left of its image",
+                                                "take more pairs with the board there", "coverage.png"}));
+  EXPECT_TRUE(fs::exists(folder_ / "out/coverage.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/rig.yaml"));
+}
+
+TEST_F(Calibrate, OfOpenCvsPairsAsPublished) {
+  const fs::path folder = opencv_pairs();
+  if (folder.empty()) GTEST_SKIP() << "neither HEADWAY_DATA nor Debian's opencv-doc is there";
   const Outcome outcome =
       run_headway({(folder / "left??.jpg").string(), (folder / "right??.jpg").string(), "--board", "9x6",
                    "--square", "0.025", "--alike", "--out", (folder_ / "out").string()});
