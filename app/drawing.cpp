@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <ostream>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
@@ -15,6 +16,8 @@
 namespace headway::app {
 
 namespace {
+
+constexpr int kKeyLine = 22, kKeyWidth = 20, kKeyText = 10;  // [px]
 
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kCapitalHeight = 21;  // of that font at scale 1 [px]
@@ -68,6 +71,19 @@ int text_width(const std::string& text, int height) {
   return cv::getTextSize(text, kFont, font_scale(height), 1, &below).width;
 }
 
+std::vector<std::string> wrapped(const std::string& text, int width, int height) {
+  std::vector<std::string> lines;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const std::string longer = lines.empty() ? word : lines.back() + ' ' + word;
+    if (lines.empty() || text_width(longer, height) > width)
+      lines.push_back(word);
+    else
+      lines.back() = longer;
+  }
+  return lines;
+}
+
 double tick_step(double range, int wanted) {
   const double raw = std::max(range, 1e-12) / std::max(wanted, 1);
   const double decade = std::pow(10.0, std::floor(std::log10(raw)));
@@ -105,11 +121,14 @@ std::vector<Tick> logarithmic_length_ticks(double lowest, double highest) {
 
 cv::Mat with_legend(const cv::Mat& image, const std::string& title, Ramp ramp,
                     const std::vector<Tick>& ticks) {
-  constexpr int kTitle = 30, kPanel = 96, kBar = 18, kMargin = 12;
-  cv::Mat out = canvas(image.cols + kPanel, image.rows + kTitle, colours::kBackground);
-  image.copyTo(out(cv::Rect(0, kTitle, image.cols, image.rows)));
-  draw_text(out, title, {8, 20}, colours::kPale);
-  const cv::Rect bar(image.cols + kMargin, kTitle + kMargin, kBar, std::max(1, image.rows - 2 * kMargin));
+  constexpr int kLine = 20, kInset = 8, kPanel = 96, kBar = 18, kMargin = 12;
+  const std::vector<std::string> lines = wrapped(title, image.cols + kPanel - 2 * kInset);
+  const int top = 10 + kLine * std::max(1, static_cast<int>(lines.size()));
+  cv::Mat out = canvas(image.cols + kPanel, image.rows + top, colours::kBackground);
+  image.copyTo(out(cv::Rect(0, top, image.cols, image.rows)));
+  int baseline = 0;
+  for (const std::string& line : lines) draw_text(out, line, {kInset, baseline += kLine}, colours::kPale);
+  const cv::Rect bar(image.cols + kMargin, top + kMargin, kBar, std::max(1, image.rows - 2 * kMargin));
   for (int y = 0; y < bar.height; ++y) {
     const double share = 1 - y / std::max(1.0, bar.height - 1.0);
     out(cv::Rect(bar.x, bar.y + y, bar.width, 1)).setTo(scalar(ramp_colour(ramp, share)));
@@ -122,8 +141,19 @@ cv::Mat with_legend(const cv::Mat& image, const std::string& title, Ramp ramp,
   return out;
 }
 
+cv::Size size_of(const std::vector<Key>& keys) {
+  int width = 0;
+  for (const Key& key : keys) width = std::max(width, text_width(key.label, kKeyText));
+  return {kKeyWidth + 8 + width, kKeyLine * static_cast<int>(keys.size())};
+}
+
+void draw_plate(cv::Mat& image, const cv::Rect& area) {
+  cv::Mat part = image(area & cv::Rect(0, 0, image.cols, image.rows));
+  cv::addWeighted(part, 0.15, cv::Mat(part.size(), CV_8UC3, scalar(colours::kPaper)), 0.85, 0, part);
+}
+
 int draw_keys(cv::Mat& image, cv::Point top_left, const std::vector<Key>& keys, const Colour& ink) {
-  constexpr int kLine = 22, kWidth = 20;
+  constexpr int kLine = kKeyLine, kWidth = kKeyWidth;
   int y = top_left.y;
   for (const Key& key : keys) {
     const cv::Point middle(top_left.x + kWidth / 2, y + kLine / 2);
@@ -144,7 +174,7 @@ int draw_keys(cv::Mat& image, cv::Point top_left, const std::vector<Key>& keys, 
                  cv::LINE_AA);
         break;
     }
-    draw_text(image, key.label, {top_left.x + kWidth + 8, y + kLine / 2 + 5}, ink, 10);
+    draw_text(image, key.label, {top_left.x + kWidth + 8, y + kLine / 2 + 5}, ink, kKeyText);
     y += kLine;
   }
   return y - top_left.y;

@@ -46,6 +46,8 @@ enum class Align { kLeft, kCentre, kRight };
 void draw_text(cv::Mat& image, const std::string& text, cv::Point at, const Colour& colour, int height = 11,
                Align align = Align::kLeft);
 int text_width(const std::string& text, int height = 11);
+/// Words in lines of at most `width` pixels; a word that is wider gets a line of its own.
+std::vector<std::string> wrapped(const std::string& text, int width, int height = 11);
 
 /// Steps of 1, 2 or 5 times a power of ten that divide the range into about `wanted` parts.
 double tick_step(double range, int wanted);
@@ -60,7 +62,8 @@ std::vector<Tick> linear_ticks(double lowest, double highest, int wanted = 6);
 /// Marks at 1, 2 and 5 times powers of ten of lengths [m]; the labels carry mm or m.
 std::vector<Tick> logarithmic_length_ticks(double lowest, double highest);
 
-/// The image with a title line above it and, on its right side, the ramp with its marks.
+/// The image with a title above it, on as many lines as it takes, and, on its right side, the ramp with its
+/// marks.
 cv::Mat with_legend(const cv::Mat& image, const std::string& title, Ramp ramp,
                     const std::vector<Tick>& ticks);
 
@@ -73,6 +76,12 @@ struct Key {
 /// Draws keys downwards from `top_left`; returns the height used [px].
 int draw_keys(cv::Mat& image, cv::Point top_left, const std::vector<Key>& keys, const Colour& ink);
 
+/// How much room keys take [px].
+cv::Size size_of(const std::vector<Key>& keys);
+
+/// A translucent plate of paper, on which text can be read whatever lies behind it.
+void draw_plate(cv::Mat& image, const cv::Rect& area);
+
 /// A bar of a round length [m], about `wanted_px` wide, with its label above; `at` is its left end.
 void draw_scale_bar(cv::Mat& image, cv::Point at, double px_per_metre, int wanted_px, const Colour& colour);
 
@@ -83,8 +92,8 @@ struct Captioned {
 /// Pictures side by side, of one height (that of the first), each with its caption below.
 cv::Mat strip(const std::vector<Captioned>& pictures);
 
-/// Writes a PNG; it appears whole or not at all. Equal images give equal bytes. Throws InputError when it
-/// cannot be written.
+/// Writes a PNG; it appears whole or not at all. Equal images give equal bytes. Throws as
+/// nav::write_whole does, and InputError for an empty image.
 void write_png(const cv::Mat& image, const std::filesystem::path& file);
 
 }  // namespace headway::app

@@ -250,12 +250,13 @@ void draw_marks(const FloorLayers& layers, Plan& plan) {
   for (const Eigen::Vector2d& p : layers.collisions) plan.cross(p, 12, kCollision);
 }
 
-std::vector<Key> keys_of(const FloorLayers& layers) {
+std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
   using Shape = Key::Shape;
   std::vector<Key> keys{{kFree, "free"}, {kBlocked, "blocked"}, {kUnseen, "unseen"}};
   const auto add = [&](bool drawn, const Colour& colour, const char* label, Shape shape) {
     if (drawn) keys.push_back({colour, label, shape});
   };
+  add(beyond_the_map, kOutside, "outside the map", Shape::kPatch);
   const auto foot = [&](hal::Foot side, bool committed) {
     return std::any_of(layers.feet.begin(), layers.feet.end(),
                        [&](const FootPrint& f) { return f.foot == side && f.committed == committed; });
@@ -270,8 +271,9 @@ std::vector<Key> keys_of(const FloorLayers& layers) {
   add(foot(hal::Foot::kLeft, false), mixed(colours::kLeftFoot, kFree, 0.75), "left, planned", Shape::kPatch);
   add(foot(hal::Foot::kRight, false), mixed(colours::kRightFoot, kFree, 0.75), "right, planned",
       Shape::kPatch);
-  add(!layers.trail.empty(), kTrail, "walked", Shape::kLine);
-  add(!layers.believed_trail.empty(), kBelieved, "believed", Shape::kLine);
+  const bool told_apart = !layers.believed_trail.empty();
+  add(!layers.trail.empty(), kTrail, told_apart ? "base, in truth" : "way", Shape::kLine);
+  add(told_apart, kBelieved, "chest, odometry", Shape::kLine);
   add(!layers.obstacles.empty(), kTruth, "true obstacles", Shape::kFrame);
   add(!layers.collisions.empty(), kCollision, "collision", Shape::kDot);
   return keys;
@@ -289,11 +291,12 @@ cv::Mat floor_picture(const nav::FloorMap& floor, const FloorLayers& layers,
   for (const Line& line : layers.obstacles) plan.line(line, true, kTruth, 2);
   plan.line(layers.path, false, colours::kPath, 3);
   draw_feet(layers, plan);
-  plan.line(layers.believed_trail, false, kBelieved, 2);
+  plan.line(layers.believed_trail, false, kBelieved, 5);  // shows on both sides where the two agree
   plan.line(layers.trail, false, kTrail, 2);
   draw_marks(layers, plan);
   const cv::Rect area = plan.area();
-  draw_keys(plan.image(), {area.x + area.width + 16, area.y}, keys_of(layers), colours::kInk);
+  const bool beyond = !floor.grid.contains(frame.first) || !floor.grid.contains(frame.last);
+  draw_keys(plan.image(), {area.x + area.width + 16, area.y}, keys_of(layers, beyond), colours::kInk);
   return plan.image();
 }
 

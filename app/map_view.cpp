@@ -199,7 +199,6 @@ void extend_by(const MapFigures& figures, double floor_height, Eigen::AlignedBox
 cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewConfig& config,
                  const MapFigures& figures) {
   cv::Mat image = Painter(map, from, config, figures).paint();
-  draw_text(image, config.title, {12, 24}, colours::kInk, 12);
   std::vector<Key> keys;
   for (const double share : {1.0, 0.5, 0.0}) {
     const double z = config.colour_lowest + share * (config.colour_highest - config.colour_lowest);
@@ -207,7 +206,11 @@ cv::Mat map_view(const nav::VoxelMap& map, const Lookout& from, const MapViewCon
   }
   if (std::isfinite(config.floor_height)) keys.push_back({kFloor, "floor"});
   if (config.show_unseen) keys.push_back({mixed(kSky, kVeil, 0.5), "unseen"});
-  draw_keys(image, {12, 36}, keys, colours::kInk);
+  const cv::Size room = size_of(keys);
+  const int below = config.title.empty() ? 6 : 32;
+  draw_plate(image, {4, 4, 16 + std::max(room.width, text_width(config.title, 12)), below + room.height + 2});
+  draw_text(image, config.title, {12, 24}, colours::kInk, 12);
+  draw_keys(image, {12, below}, keys, colours::kInk);
   return image;
 }
 

@@ -46,7 +46,7 @@ struct FloorLayers {
   std::vector<Pose2> bodies;  ///< base poses: the body's outline with its clearance there
   nav::BodyOutline outline;
   nav::GaitLimits gait;                                 ///< for the size of the soles
-  std::vector<Eigen::Vector2d> trail, believed_trail;   ///< where the robot truly went, and thought it did
+  std::vector<Eigen::Vector2d> trail, believed_trail;   ///< of the true base, and of the chest by odometry
   std::vector<std::vector<Eigen::Vector2d>> obstacles;  ///< the truth: closed polygons
   std::vector<Eigen::Vector2d> collisions;
   std::optional<Pose2> start, robot;

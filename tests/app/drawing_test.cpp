@@ -89,6 +89,37 @@ TEST(Legend, KeepsTheImageAndShowsTheRampBesideIt) {
   EXPECT_LT(shows(ramp_colour(Ramp::kViridis, 1)), shows(ramp_colour(Ramp::kViridis, 0)));  // high is up
 }
 
+TEST(Legend, HasRoomForAllOfItsTitle) {
+  const std::string title = "uncertainty of each point: largest standard deviation";
+  const cv::Mat narrow = with_legend(canvas(170, 240, {1, 200, 3}), title, Ramp::kInferno, {});
+  const int top = narrow.rows - 240;
+  EXPECT_GE(top, 2 * 20) << "two lines on 266 px";
+  for (const int x : {0, 1, narrow.cols - 2, narrow.cols - 1})
+    for (int y = 0; y < top; ++y) EXPECT_EQ(narrow.at<Colour>(y, x), colours::kBackground) << "cut off";
+}
+
+TEST(Wrapped, KeepsEveryWordAndFitsTheWidth) {
+  const std::string text = "largest standard deviation of each of the points";
+  for (const int width : {120, 200, 1000}) {
+    std::string all;
+    for (const std::string& line : wrapped(text, width)) {
+      EXPECT_LE(text_width(line), width);
+      all += (all.empty() ? "" : " ") + line;
+    }
+    EXPECT_EQ(all, text);
+  }
+  EXPECT_EQ(wrapped(text, 1000).size(), 1U);
+  EXPECT_EQ(wrapped(text, 1).size(), 8U) << "a word each";
+  EXPECT_TRUE(wrapped("", 100).empty());
+}
+
+TEST(Plate, MakesInkReadableOnAnything) {
+  cv::Mat image = canvas(60, 40, {90, 20, 40});
+  draw_plate(image, {10, 10, 100, 20});
+  EXPECT_EQ(image.at<Colour>(5, 5), (Colour{90, 20, 40}));
+  EXPECT_GT(image.at<Colour>(20, 30)[1], 200);
+}
+
 TEST(Strip, HoldsAllPicturesAtOneHeight) {
   const Colour red{0, 0, 255}, blue{255, 0, 0};
   const cv::Mat out = strip({{canvas(100, 50, red), "one"}, {canvas(80, 100, blue), "two"}});

@@ -166,6 +166,32 @@ TEST(FloorPicture, ShowsEachLayerItIsGiven) {
   EXPECT_TRUE(differs(layers));
 }
 
+TEST(FloorPicture, ShowsTheBelievedWayWhereItAgreesWithTheTrueOne) {
+  FloorLayers layers;
+  layers.trail = {{-0.5, 0}, {0.5, 0.2}};
+  const Colour believed{210, 130, 220}, walked{150, 30, 130};
+  EXPECT_EQ(count(floor_picture(small_floor(), layers), believed), 0U);
+  const auto key = count(floor_picture(small_floor(), layers), walked);
+  layers.believed_trail = layers.trail;
+  const cv::Mat out = floor_picture(small_floor(), layers);
+  EXPECT_GT(count(out, believed), 300U) << "beside the other, and in the legend";
+  EXPECT_GT(count(out, walked), key / 2);
+}
+
+TEST(FloorPicture, SaysWhatLiesOutsideTheMap) {
+  const Colour outside{222, 218, 214};
+  FloorPictureConfig config;
+  config.crop = false;
+  EXPECT_EQ(count(floor_picture(small_floor(), {}, config), outside), 0U);
+  FloorLayers layers;
+  layers.goal = Eigen::Vector2d(40, 0);
+  const cv::Mat out = floor_picture(small_floor(), layers);
+  int in_legend = 0;
+  for (int y = 0; y < out.rows; ++y)
+    for (int x = out.cols - 185; x < out.cols; ++x) in_legend += out.at<Colour>(y, x) == outside ? 1 : 0;
+  EXPECT_GT(in_legend, 100);
+}
+
 TEST(FloorPicture, StaysOfReasonableSizeWhenALayerRunsAway) {
   FloorLayers layers;
   layers.trail = {{0, 0}, {1e6, -1e9}, {NAN, 0}};
