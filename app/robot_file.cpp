@@ -175,12 +175,15 @@ nav::BodyBox own_body(const Section& neck, const Robot& robot) {
 
 std::filesystem::path default_robot_file() {
   namespace fs = std::filesystem;
-  const fs::path name = "hrp2/robot.yaml", here = "config" / name;
+  const fs::path name = "config/hrp2/robot.yaml";
   std::error_code ec;
-  if (fs::exists(here, ec)) return here;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ec);
-  const fs::path installed = program.parent_path().parent_path() / "share/headway/config" / name;
-  return fs::exists(installed, ec) ? installed : here;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", ec).parent_path();
+  const fs::path installed = folder.parent_path() / "share/headway" / name;
+  // A build stands in TREE/build/PRESET.
+  const fs::path of_tree = folder.parent_path().parent_path() / name;
+  for (const fs::path& file : {installed, of_tree})
+    if (fs::exists(file, ec)) return file;
+  return name;
 }
 
 Robot read_robot(const std::filesystem::path& file) {

@@ -36,8 +36,8 @@ struct Robot {
   SimulationConfig simulation;
 };
 
-/// config/hrp2/robot.yaml below the present folder or, where there is none, the one installed beside the
-/// program.
+/// config/hrp2/robot.yaml of what was installed with the program or of the tree that it was built in,
+/// wherever it is called from; that below the present folder only where there is neither.
 std::filesystem::path default_robot_file();
 
 /// Throws InputError `file:line: key: what, expected what`.

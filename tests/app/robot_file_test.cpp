@@ -79,5 +79,15 @@ TEST(RobotFile, NamesTheLineOfARigThatIsNotThere) {
   EXPECT_THAT(fault_of("name:", "rig:", "rig: rigs/nowhere.yaml"), HasSubstr("nowhere.yaml is not there"));
 }
 
+TEST(DefaultRobotFile, IsTheTreesOwnWhereverTheProgramIsCalledFrom) {
+  const TemporaryFolder folder;
+  write_text(folder / "config/hrp2/robot.yaml", "name: of somebody else\n");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const std::filesystem::path file = default_robot_file();
+  std::filesystem::current_path(before);
+  EXPECT_EQ(file, source_dir() / "config/hrp2/robot.yaml");
+}
+
 }  // namespace
 }  // namespace headway::app
