@@ -67,6 +67,8 @@ class Census final : public YAML::EventHandler {
 void check_yaml(const std::string& text, const std::string& file, const YamlLimits& limits) {
   if (text.size() > limits.bytes)
     throw InputError(fmt::format("{}: {} bytes, expected at most {}", file, text.size(), limits.bytes));
+  if (text.find('\0') != std::string::npos)
+    throw InputError(fmt::format("{}: not a text file, expected YAML", file));
   std::istringstream in(text);
   Census census(file, limits);
   try {

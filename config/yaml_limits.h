@@ -14,8 +14,8 @@ struct YamlLimits {
   std::size_t values = 100000;  ///< scalars, mappings, lists and aliases together
 };
 
-/// Throws InputError (`file:line: what, expected what`) where `text` breaks a limit, is not YAML, or holds a
-/// second document. An empty text passes.
+/// Throws InputError (`file:line: what, expected what`) where `text` breaks a limit, is no text (an image,
+/// say) or no YAML, or holds a second document. An empty text passes.
 void check_yaml(const std::string& text, const std::string& file, const YamlLimits& limits = {});
 
 /// `text` on one line: control characters become spaces, and what is longer than `longest` bytes is cut.

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "config/spelling.h"
 #include "config/yaml_limits.h"
 
 namespace headway::config {
@@ -42,6 +43,11 @@ std::string allowed_text(std::string_view kind, Range r) {
 }
 
 bool is_key(const YAML::Node& node, std::string_view key) { return node.IsScalar() && node.Scalar() == key; }
+
+bool stands_in(const YAML::Node& mapping, std::string_view key) {
+  return std::any_of(mapping.begin(), mapping.end(),
+                     [&](const auto& entry) { return is_key(entry.first, key); });
+}
 
 }  // namespace
 
@@ -134,8 +140,15 @@ YAML::Node Section::child(std::string_view key) const {
 
 YAML::Node Section::required(std::string_view key) const {
   YAML::Node node = child(key);
-  if (!node.IsDefined()) fail("", fmt::format("the key '{}' is missing", key));
-  return node;
+  if (node.IsDefined()) return node;
+  // A key that nobody asked for, and is spelt almost alike, is meant to be this one.
+  std::vector<std::string> strangers;
+  for (const auto& entry : node_)
+    if (entry.first.IsScalar() && !seen_->find(node_)->keys.contains(entry.first.Scalar()))
+      strangers.push_back(entry.first.Scalar());
+  if (const std::string typo = meant_by(key, strangers); !typo.empty())
+    fail(typo, fmt::format("is not a key here, did you mean '{}'?", key));
+  fail("", fmt::format("the key '{}' is missing", key));
 }
 
 bool Section::has(std::string_view key) const { return child(key).IsDefined(); }
@@ -284,6 +297,9 @@ void Section::finish() const {
     for (const auto& entry : e.section.node_) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
       if (e.keys.contains(key)) continue;
+      const std::string meant = meant_by(key, {e.keys.begin(), e.keys.end()});
+      if (!meant.empty() && !stands_in(e.section.node_, meant))
+        e.section.fail(key, fmt::format("is not a key here, did you mean '{}'?", meant));
       e.section.fail(key, e.keys.empty() ? "is not a key here, expected none"
                                          : fmt::format("is not a key here, expected one of: {}",
                                                        fmt::join(e.keys, ", ")));

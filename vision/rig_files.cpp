@@ -88,7 +88,7 @@ Pair pair_in(const fs::path& folder) {
       return {folder / one, folder / other};
   throw InputError(
       fmt::format("{}: holds no calibration, expected left.yaml and right.yaml, cam0/sensor.yaml and "
-                  "cam1/sensor.yaml, or intrinsics.yml and extrinsics.yml",
+                  "cam1/sensor.yaml, intrinsics.yml and extrinsics.yml, or rig.yaml",
                   config::one_line(folder.string())));
 }
 
@@ -104,6 +104,7 @@ std::optional<Pair> split(const fs::path& path) {
 StereoRig read_rig(const fs::path& path, const RigDefaults& defaults) {
   std::error_code ec;
   if (fs::is_directory(path, ec)) {
+    if (fs::is_regular_file(path / "rig.yaml", ec)) return read_one(path / "rig.yaml", defaults);
     const auto [one, other] = pair_in(path);
     StereoRig rig = read_two(one, other, defaults);
     rig.name = path.string();

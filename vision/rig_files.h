@@ -11,9 +11,8 @@ namespace headway::vision {
 /// - one file: our own YAML, Kalibr's camchain, OpenCV's yml with everything in it;
 /// - two, separated by a comma: `left.yaml,right.yaml` (ROS camera_info, EuRoC's sensor.yaml) or
 ///   `intrinsics.yml,extrinsics.yml` (OpenCV);
-/// - a folder that holds left.yaml and right.yaml, cam0/sensor.yaml and cam1/sensor.yaml, or intrinsics.yml
-/// and
-///   extrinsics.yml.
+/// - a folder that holds rig.yaml (one file, as above), left.yaml and right.yaml, cam0/sensor.yaml and
+///   cam1/sensor.yaml, or intrinsics.yml and extrinsics.yml.
 /// Throws InputError `file:line: key: what, expected what` for what it cannot read or what is no usable rig.
 StereoRig read_rig(const std::filesystem::path& path, const RigDefaults& defaults = {});
 

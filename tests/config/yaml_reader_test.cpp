@@ -178,7 +178,26 @@ TEST(YamlReader, RefusesAKeyThatNobodyAskedFor) {
   s.number("width", kAny);
   s.number_or("height", 1, kAny);
   EXPECT_EQ(complaint([&] { s.finish(); }),
-            "robot.yaml:2: heigth: is not a key here, expected one of: height, width");
+            "robot.yaml:2: heigth: is not a key here, did you mean 'height'?");
+}
+
+TEST(YamlReader, NamesTheMisspeltKeyInPlaceOfTheOneThatIsMissing) {
+  EXPECT_EQ(complaint([] { parse("name: a\nbaselin: 0.1\n").number("baseline", kAny); }),
+            "robot.yaml:2: baselin: is not a key here, did you mean 'baseline'?");
+  const Section known = parse("cam1: 1\ncam3: 2\nhight: 3\n");
+  known.number("hight", kAny);
+  EXPECT_EQ(complaint([&] { known.number("height", kAny); }), "robot.yaml:1: the key 'height' is missing")
+      << "a key that is used is no typo";
+  EXPECT_EQ(complaint([&] { known.number("cam2", kAny); }), "robot.yaml:1: the key 'cam2' is missing");
+  const Section both = parse("height: 1\nheigth: 2\n");
+  both.number("height", kAny);
+  EXPECT_EQ(complaint([&] { both.finish(); }),
+            "robot.yaml:2: heigth: is not a key here, expected one of: height");
+}
+
+TEST(YamlReader, RefusesWhatIsNoTextWithoutTheParsersWords) {
+  EXPECT_EQ(complaint([] { parse(std::string("\xff\xd8\xff\xe0\0\x10JFIF", 10)); }),
+            "robot.yaml: not a text file, expected YAML");
 }
 
 TEST(YamlReader, RefusesUnknownKeysOfTheSectionsBelow) {

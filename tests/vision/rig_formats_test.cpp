@@ -271,6 +271,18 @@ TEST(EurocSensors, AreReadFromTheirFolder) {
               HasSubstr("sensor.yaml:4: T_BS: puts the right camera to the left"));
 }
 
+TEST(RigFiles, ReadAFolderWithOneRigFile) {
+  const fs::path ours = source_dir() / "config/hrp2/rigs/bottom.yaml";
+  fs::create_directories(scratch("calibrated"));
+  fs::copy_file(ours, scratch("calibrated") / "rig.yaml", fs::copy_options::overwrite_existing);
+  EXPECT_EQ(read_rig(scratch("calibrated")).left.fx, read_rig(ours).left.fx);
+}
+
+TEST(AnyRigFile, IsRefusedInOneLineWhenItIsAnImage) {
+  const fs::path image = written("photo.jpg", std::string("\xff\xd8\xff\xe0\0\x10JFIF", 10));
+  EXPECT_THAT(message_of(image), testing::EndsWith("photo.jpg: not a text file, expected YAML"));
+}
+
 TEST(AnyRigFile, IsRefusedInOneLineWhenItIsNoCalibration) {
   EXPECT_THAT(message_of(written("other.yaml", "width: 3\n")),
               HasSubstr("other.yaml:1: no calibration of two cameras"));

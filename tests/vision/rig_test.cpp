@@ -140,7 +140,8 @@ TEST(RigFiles, PointAtTheLineOfAFault) {
               HasSubstr("rig.yaml:21: nearest: 'none', expected a number"));
   EXPECT_THAT(after("nearest: 0.8", "nearest: 0.1"),
               HasSubstr("rig.yaml:21: nearest: 0.1 m: images as near"));
-  EXPECT_THAT(after("nearest: 0.8", "nearset: 0.8"), HasSubstr("the key 'nearest' is missing"));
+  EXPECT_THAT(after("nearest: 0.8", "nearset: 0.8"),
+              HasSubstr("nearset: is not a key here, did you mean 'nearest'?"));
   EXPECT_THAT(after("name: bottom", "name: bottom\ncolour: red"), HasSubstr("colour: is not a key here"));
   EXPECT_THAT(after("translation: [-", "translation: ["),
               HasSubstr("rig.yaml:17: right_from_left: puts the right"));
