@@ -97,7 +97,9 @@ void add_campaign(CLI::App& app, Run& run_command) {
                    "The first so many with images and matcher, the others in range mode")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "Seed of the worlds and of all noise")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of the worlds and of all noise")
+      ->check(seed_number())
+      ->capture_default_str();
   command
       ->add_option("--out", options->out,
                    "Folder for report.json, and for pictures of runs that did not arrive")

@@ -72,7 +72,9 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->expected(2, 3)
       ->check(finite_in(-500, 500));
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
-  command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")
+      ->check(seed_number())
+      ->capture_default_str();
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");

@@ -11,7 +11,7 @@
 namespace headway::app {
 
 /// ASCII PLY and Wavefront OBJ, told by the file's ending (.ply, .obj). `comment` is one line, for the frame
-/// and what is shown. The file appears whole or not at all. Throws InputError when it cannot be written.
+/// and what is shown. The file appears whole or not at all. Throws as nav::write_whole does.
 void write_mesh(const vision::TriangleMesh& mesh, const std::string& comment,
                 const std::filesystem::path& file);
 

@@ -1,13 +1,56 @@
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
 #include "app/commands.h"
+#include "config/yaml_limits.h"
 #include "hal/error.h"
 
 namespace headway::app {
+
+namespace {
+
+/// What is wrong with the arguments, and where to read on, in one line.
+std::string told(const CLI::App& program, const CLI::ParseError& fault) {
+  const auto chosen = program.get_subcommands();
+  if (!chosen.empty()) {
+    const std::string& command = chosen.front()->get_name();
+    return fmt::format("{0}: {1}; see 'headway {0} --help'", command, config::one_line(fault.what()));
+  }
+  std::vector<std::string> commands;
+  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+    commands.push_back(command->get_name());
+  const std::vector<std::string> rest = program.remaining();
+  const std::string what =
+      rest.empty() ? "no command" : fmt::format("'{}' is no command", config::one_line(rest.front()));
+  return fmt::format("{}, expected one of: {}; see 'headway --help'", what, fmt::join(commands, ", "));
+}
+
+/// Runs the command that was chosen, or shows help; what it said must have arrived.
+int run_chosen(CLI::App& program, const Run& run, int argc, const char* const* argv) {
+  int code = kSuccess;
+  try {
+    program.parse(argc, argv);
+    code = run();
+  } catch (const CLI::ParseError& fault) {
+    if (fault.get_exit_code() != 0) throw InputError(told(program, fault));
+    program.exit(fault);
+  }
+  errno = 0;
+  if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw Error(fmt::format("standard output cannot be written ({})",
+                            errno ? std::strerror(errno) : "an earlier fault"));
+  return code;
+}
+
+}  // namespace
 
 int run_program(int argc, const char* const* argv) {
   CLI::App program{
@@ -30,11 +73,7 @@ int run_program(int argc, const char* const* argv) {
   add_calibrate(program, run);
   add_rig(program, run);
   try {
-    program.parse(argc, argv);
-    return run();
-  } catch (const CLI::ParseError& e) {
-    const int code = program.exit(e);
-    return code == 0 ? kSuccess : kBadInput;
+    return run_chosen(program, run, argc, argv);
   } catch (const InputError& e) {
     fmt::print(stderr, "headway: {}\n", e.what());
     return kBadInput;

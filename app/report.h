@@ -14,10 +14,11 @@ namespace headway::app {
 /// them.
 using Json = nlohmann::ordered_json;
 
-/// Creates the folder (and those above it) if need be. Throws InputError when it cannot be written to.
+/// Creates the folder (and those above it) if need be. Throws InputError where its name cannot be one's,
+/// Error where the machine does not let it be made or written to.
 void make_folder(const std::filesystem::path& folder);
 
-/// Indented, with a newline at the end; the file appears whole or not at all. Throws InputError.
+/// Indented, with a newline at the end. Throws as nav::write_whole does.
 void write_json(const std::filesystem::path& file, const Json& json);
 
 /// To so many decimals, so that reports stay readable. Not finite becomes null.

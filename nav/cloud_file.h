@@ -30,7 +30,7 @@ class CloudFile {
   void add(const vision::RangeView& view, const Eigen::Isometry3d& map_from_camera);
   std::size_t size() const { return points_.size(); }
   const std::vector<CloudPoint>& points() const { return points_; }
-  /// The file appears whole or not at all. Throws InputError when it cannot be written.
+  /// The file appears whole or not at all. Throws as write_whole does.
   void write(const std::filesystem::path& file) const;
 
  private:

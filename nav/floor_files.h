@@ -9,7 +9,7 @@
 
 namespace headway::nav {
 
-/// Writes NAME.pgm and NAME.yaml into a folder that exists. Throws InputError when it cannot.
+/// Writes NAME.pgm and NAME.yaml into a folder that exists. Throws as write_whole does.
 void write_map_server(const FloorMap& floor, const std::filesystem::path& folder,
                       const std::string& name = "floor");
 

@@ -23,7 +23,7 @@ std::unique_ptr<octomap::OcTree> to_octree(const SeenBricks& map);
 ColdMap from_octree(const octomap::OcTree& tree, std::size_t most_bricks = kMostBricks);
 
 /// Binary tree, occupied or empty only, straight from the bricks. The file appears whole or not at all.
-/// Throws InputError when it cannot be written.
+/// Throws as write_whole does.
 void write_bt(const SeenBricks& map, const std::filesystem::path& file);
 /// Full tree with log-odds. As write_bt.
 void write_ot(const SeenBricks& map, const std::filesystem::path& file);

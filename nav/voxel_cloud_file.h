@@ -13,7 +13,7 @@
 namespace headway::nav {
 
 /// Writes the middle of each occupied voxel [m] with its log_odds. The file appears whole or not at all.
-/// Throws InputError when it cannot be written.
+/// Throws as write_whole does.
 void write_voxel_cloud(const SeenBricks& map, const std::filesystem::path& file);
 void write_voxel_cloud(const SeenBricks& map, std::ostream& out);
 

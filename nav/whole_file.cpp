@@ -1,30 +1,48 @@
 #include "nav/whole_file.h"
 
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 
 #include "hal/error.h"
 
 namespace headway::nav {
 
-void write_whole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
-  std::filesystem::path part = file;
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what, int number) {
+  throw Error(file.string() + ": " + what +
+              (number != 0 ? std::string(" (") + std::strerror(number) + ")" : ""));
+}
+
+}  // namespace
+
+void write_whole(const fs::path& file, const std::function<void(std::ostream&)>& write) {
+  fs::path part = file;
   part += ".part";
-  std::error_code error;
+  std::error_code error, ignored;
+  if (file.has_parent_path() && !fs::is_directory(file.parent_path(), error))
+    throw InputError(file.string() + ": cannot be written, expected a folder that is there");
   {
+    errno = 0;
     std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    if (!out) throw InputError(file.string() + ": cannot be written; is the folder there and writable?");
+    if (!out) fail(file, "cannot be written", errno);
     write(out);
     out.close();
     if (!out) {
-      std::filesystem::remove(part, error);
-      throw InputError(file.string() + ": cannot be written completely; is the disk full?");
+      const int number = errno;
+      fs::remove(part, ignored);
+      fail(file, "cannot be written completely", number);
     }
   }
-  std::filesystem::rename(part, file, error);
+  fs::rename(part, file, error);
   if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw InputError(file.string() + ": cannot be replaced: " + error.message());
+    fs::remove(part, ignored);
+    if (fs::is_directory(file, ignored))
+      throw InputError(file.string() + ": is a folder, expected a file or nothing there");
+    fail(file, "cannot be replaced", error.value());
   }
 }
 

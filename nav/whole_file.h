@@ -8,8 +8,9 @@
 
 namespace headway::nav {
 
-/// Writes FILE.part with `write` and renames it to `file`. Throws InputError when that fails, and leaves what
-/// was there before.
+/// Writes FILE.part with `write` and renames it to `file`. Throws when that fails, and leaves what was there
+/// before: InputError where its folder is not there or it is a folder itself, Error where the machine does
+/// not let it be written or has no room for it.
 void write_whole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
 /// Opens a file for reading. Throws InputError when there is none, or it is a folder or a device.

@@ -1,7 +1,9 @@
 #include "vision/calibration_file.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -36,10 +38,13 @@ Section load_calibration(const fs::path& file) {
 
 void write_text(const std::string& text, const fs::path& file) {
   std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush())
+  if (!out)
     throw InputError(fmt::format("{}: cannot be written, expected a path in a folder that is there",
                                  config::one_line(file.string())));
+  errno = 0;
+  if (!(out << text).flush())
+    throw Error(fmt::format("{}: cannot be written completely ({})", config::one_line(file.string()),
+                            std::strerror(errno)));
 }
 
 std::vector<double> matrix_of(const Section& section, std::string_view key, int rows, int columns) {

@@ -15,7 +15,7 @@ namespace headway::vision {
 /// Opens a YAML file, also one that starts with OpenCV's `%YAML:1.0`, which is no YAML. Throws InputError.
 config::Section load_calibration(const std::filesystem::path& file);
 
-/// Writes a whole file; throws InputError when that fails.
+/// Writes a whole file. Throws InputError when it cannot be opened, Error when there is no room for it.
 void write_text(const std::string& text, const std::filesystem::path& file);
 
 /// A mapping of `rows`, `cols` and `data` (OpenCV, ROS, EuRoC), row by row; throws InputError for another

@@ -159,12 +159,32 @@ TEST(BadInput, ACampaignOfNoWorldIsRefused) {
   EXPECT_NE(result.error.find("--only: is 3, expected 0 to 2"), std::string::npos) << result.error;
 }
 
-TEST(BadInput, UnknownOptionsAndMissingArgumentsAreRefused) {
-  EXPECT_EQ(headway({}).code, kBadInput);
-  EXPECT_EQ(headway({"sim"}).code, kBadInput);
-  EXPECT_EQ(headway({"fly"}).code, kBadInput);
-  EXPECT_EQ(headway({"campaign", "--worlds", "-3"}).code, kBadInput);
+/// Exit code 2 and one line, of which this is a part.
+testing::AssertionResult refuses(const std::vector<std::string>& arguments, const std::string& part) {
+  const Result result = headway(arguments);
+  if (result.code != kBadInput) return testing::AssertionFailure() << "exit code " << result.code;
+  if (!result.error.starts_with("headway: ") || result.error.find('\n') != result.error.size() - 1 ||
+      result.error.find(part) == std::string::npos)
+    return testing::AssertionFailure() << result.error;
+  return testing::AssertionSuccess();
+}
+
+TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
+  EXPECT_TRUE(refuses({}, "no command, expected one of: sim, campaign, "));
+  EXPECT_TRUE(refuses({"fly"}, "'fly' is no command, expected one of: sim, "));
+  EXPECT_TRUE(refuses({"--fly"}, "'--fly' is no command"));
+  EXPECT_TRUE(refuses({"sim"}, "sim: world is required; see 'headway sim --help'"));
+  EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"},
+                      "sim: The following argument was not expected: --fly; see"));
+  EXPECT_TRUE(refuses({"campaign", "--worlds", "-3"}, "campaign: --worlds: "));
+  EXPECT_TRUE(
+      refuses({"map", "--sequence", "s", "--out", "o", "--matcher", "a\nb"}, "map: --matcher: a b not in"));
+  for (const std::string seed : {"-1", "1.5", "", "99999999999999999999"}) {
+    EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--seed=" + seed}, "sim: --seed"));
+    EXPECT_TRUE(refuses({"campaign", "--seed=" + seed}, "campaign: --seed"));
+  }
   EXPECT_EQ(headway({"--help"}).code, kSuccess);
+  EXPECT_EQ(headway({"sim", "--help"}).code, kSuccess);
 }
 
 TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {

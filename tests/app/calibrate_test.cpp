@@ -226,7 +226,8 @@ TEST_F(Calibrate, SaysWhatIsWrong) {
   EXPECT_EQ(board({"--board", "9x6", "--square", "0.03", "--charuco", "4X4_50"}).code, kBadInput);
   EXPECT_EQ(board({"--board", "9x6"}).code, kBadInput);
   for (const char* option : {"--square", "--near", "--far"})
-    EXPECT_EQ(board({"--board", "9x6", option, "nan"}).error.find(std::string(option) + ": is nan"), 0U);
+    EXPECT_TRUE(says(board({"--board", "9x6", option, "nan"}),
+                     {"headway: calibrate: " + std::string(option) + ": is nan"}));
   EXPECT_TRUE(says(run({(folder_ / "none").string()}, out, {"--near", "4", "--far", "3"}), {"--near 4 and"}))
       << "before any image is looked for";
   write_text(folder_ / "file", "");
