@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "app/head_views_picture.h"
 #include "app/image_pairs.h"
 #include "app/neck_file.h"
+#include "app/output_folder.h"
 #include "app/pose_files.h"
 #include "app/report.h"
 #include "app/robot_file.h"
@@ -60,7 +62,7 @@ class HeadCalibrationRun {
       throw InputError(options_.folder.string() +
                        ": holds no images, expected them named by their stamp [ns]");
     input_.samples = read_head_table(options_.folder / "head.csv");
-    make_folder(options_.out);
+    out_.emplace(options_.out, "calibrate --head");
     images_ = images.size();
     Progress progress("looking for the board");
     for (std::size_t i = 0; i < images.size(); ++i) {
@@ -98,15 +100,15 @@ class HeadCalibrationRun {
   }
 
   void write() {
-    nav::write_whole(options_.out / "neck.yaml", [&](std::ostream& out) {
+    nav::write_whole(out_->file("neck.yaml"), [&](std::ostream& out) {
       out << "# For the section of the same name in the robot file, in place of the keys that are there.\n"
           << neck_text(result_.neck, result_.time_offset);
     });
     std::vector<HeadViewMark> marks;
     for (std::size_t i = 0; i < names_.size(); ++i)
       marks.push_back({result_.view_angles[i], result_.view_rms[i], outliers_[i]});
-    write_png(head_views_picture(marks), options_.out / "views.png");
-    write_json(options_.out / "report.json", report());
+    write_png(head_views_picture(marks), out_->file("views.png"));
+    out_->report(report());
   }
 
   Json report() const {
@@ -149,9 +151,8 @@ class HeadCalibrationRun {
       found +=
           fmt::format(", {} {:.2f} +- {:.2f} {}", e.name, as.factor * e.value, as.factor * e.sigma, as.unit);
     }
-    fmt::print("{}: rms {:.3f} px over {} of {} images{}{}; neck.yaml, report.json, views.png\n",
-               options_.out.string(), result_.rms, names_.size(), images_, found,
-               options_.corner ? "" : "; pan zero held, give --corner to find it");
+    fmt::print("{}; rms {:.3f} px over {} of {} images{}{}\n", out_->list(), result_.rms, names_.size(),
+               images_, found, options_.corner ? "" : "; pan zero held, give --corner to find it");
     if (result_.rms <= kLargestHeadError) return kSuccess;
     fmt::print(stderr,
                "headway: {}: corners are {:.2f} px from where they should be, expected at most {} px; did "
@@ -162,6 +163,7 @@ class HeadCalibrationRun {
   }
 
   HeadCalibrationOptions options_;
+  std::optional<OutputFolder> out_;
   vision::HeadCalibrationInput input_;
   vision::HeadCalibration result_;
   std::vector<std::string> names_, skipped_;

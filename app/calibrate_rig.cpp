@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "app/coverage_picture.h"
 #include "app/drawing.h"
 #include "app/image_pairs.h"
+#include "app/output_folder.h"
 #include "app/report.h"
 #include "hal/error.h"
 #include "vision/calibration_gaps.h"
@@ -138,7 +140,7 @@ class RigCalibration {
       throw InputError(fmt::format("--near {} and --far {}: expected the nearest depth below the farthest",
                                    options_.nearest, options_.farthest));
     const std::vector<ImagePair> images = find_image_pairs(options_.paths);
-    make_folder(options_.out);
+    out_.emplace(options_.out, "calibrate");
     seen_ = BoardSearch(options_.board).run(images);
     outliers_.assign(seen_.pairs.size(), false);
     write_coverage();  // it tells most where the fit fails
@@ -150,18 +152,18 @@ class RigCalibration {
     }
     result_.rig.name = options_.name;
     result_.rig.nearest = options_.nearest, result_.rig.farthest = options_.farthest;
-    vision::write_rig(result_.rig, options_.out / "rig.yaml");
+    vision::write_rig(result_.rig, out_->file("rig.yaml"));
     outliers_ = outliers_of(result_.pairs);
     write_coverage();
     describe(images.size());
-    write_json(options_.out / "report.json", report_);
+    out_->report(report_);
     return tell(images.size());
   }
 
  private:
-  void write_coverage() const {
+  void write_coverage() {
     write_png(coverage_picture(seen_.pairs, outliers_, seen_.width, seen_.height),
-              options_.out / "coverage.png");
+              out_->file("coverage.png"));
   }
 
   std::vector<std::string> unseen(vision::BoardView vision::BoardPair::*side) const {
@@ -226,11 +228,12 @@ class RigCalibration {
       if (outliers_[i]) outliers += (outliers.empty() ? "; stands out: " : ", ") + seen_.pairs[i].name;
     }
     fmt::print(
-        "{}: rms {:.3f} px, epipolar error {:.3f} px (mean; rms {:.3f}), baseline {:.4f} m, from {} of {} "
-        "pairs{}; "
-        "rig.yaml, report.json, coverage.png\n",
-        options_.out.string(), result_.rms, result_.epipolar.mean, result_.epipolar.rms,
-        result_.rig.baseline(), seen_.pairs.size(), images, outliers);
+        "{}; rms {:.3f} px, epipolar error {:.3f} px (mean; rms {:.3f}), baseline {:.4f} m, from {} of {} "
+        "pairs{}{}\n",
+        out_->list(), result_.rms, result_.epipolar.mean, result_.epipolar.rms, result_.rig.baseline(),
+        seen_.pairs.size(), images,
+        seen_.skipped.empty() ? "" : fmt::format(" (left out: {})", fmt::join(seen_.skipped, "; ")),
+        outliers);
     for (const auto& [name, side] : kSides) {
       if (const auto corners = unseen(side); !corners.empty())
         fmt::print(stderr,
@@ -248,6 +251,7 @@ class RigCalibration {
   }
 
   RigCalibrationOptions options_;
+  std::optional<OutputFolder> out_;
   Seen seen_;
   vision::StereoCalibration result_;
   std::vector<bool> outliers_;

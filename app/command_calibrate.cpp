@@ -8,6 +8,7 @@
 #include "app/calibrate_rig.h"
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/output_folder.h"
 #include "app/robot_file.h"
 #include "hal/error.h"
 
@@ -121,9 +122,7 @@ void add_calibrate(CLI::App& app, Run& run) {
                             ->type_name("M")
                             ->needs(charuco);
   charuco->needs(marker);
-  command->add_option("--out", options->rig.out, "Folder for what is written; made if need be")
-      ->required()
-      ->type_name("DIR");
+  command->add_option("--out", options->rig.out, kOutHelp)->required()->type_name("DIR");
   command->add_flag("--alike", options->alike,
                     "Take both lenses to have one focal length and no tangential distortion: for few pairs");
   command->add_option("--name", options->rig.name, "Name of the rig")
@@ -140,6 +139,7 @@ void add_calibrate(CLI::App& app, Run& run) {
   CLI::Option* head = command->add_flag(
       "--head", options->head,
       "Find where the camera sits on the neck: one board that stands still, seen while the head moves");
+  for (const char* of_a_rig : {"--alike", "--name", "--near", "--far"}) head->excludes(of_a_rig);
   command->add_option("--rig", options->head_rig, "Rig file; its left camera took the images")
       ->needs(head)
       ->type_name("FILE");

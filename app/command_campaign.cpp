@@ -28,7 +28,7 @@ struct Totals {
 };
 
 /// One run; its row for the report. Pictures are kept of runs that did not arrive.
-Json run_one(const Options& options, const Robot& robot, int number, Totals& totals) {
+Json run_one(const Options& options, const Robot& robot, int number, OutputFolder& out, Totals& totals) {
   const std::uint64_t seed = options.seed * 1000 + static_cast<std::uint64_t>(number);
   const sim::World world = sim::random_world(seed);
   SimOptions sim;
@@ -36,9 +36,12 @@ Json run_one(const Options& options, const Robot& robot, int number, Totals& tot
   sim.seed = seed;
   sim.longest = seconds(options.longest);
   SimSession session(robot, world, sim);
-  SimOutputs outputs(session, options.out / fmt::format("world_{:03}", number));
+  SimOutputs outputs(session);
   const SimOutcome outcome = session.run();
-  if (!outcome.arrived || options.only >= 0) outputs.write(outcome);
+  if (!outcome.arrived || options.only >= 0) {
+    OutputFolder below = out.below(fmt::format("world_{:03}", number));
+    outputs.write(outcome, below);
+  }
   ++totals.runs;
   totals.arrived += outcome.arrived;
   totals.collisions += outcome.collision.has_value();
@@ -56,12 +59,12 @@ int run(const Options& options) {
     throw InputError(fmt::format("--only: is {}, expected 0 to {} (one of the worlds that --worlds asks for)",
                                  options.only, options.worlds - 1));
   const Robot robot = read_robot(options.robot);
-  make_folder(options.out);
+  OutputFolder out(options.out, "campaign");
   Totals totals;
   Json rows = Json::array();
   for (int number = 0; number < options.worlds; ++number) {
     if (options.only >= 0 && number != options.only) continue;
-    rows.push_back(run_one(options, robot, number, totals));
+    rows.push_back(run_one(options, robot, number, out, totals));
     const Json& row = rows.back();
     fmt::print("{:3} {:6} {:9} goal error {:.3f} m, {:.1f} s{}{}\n", number, row["sight"].get<std::string>(),
                row["end"].get<std::string>(), row["goal_error_m"].get<double>(),
@@ -69,16 +72,15 @@ int run(const Options& options) {
                row["reason"].get<std::string>());
     std::fflush(stdout);
   }
-  write_json(options.out / "report.json", {{"seed", options.seed},
-                                           {"runs", totals.runs},
-                                           {"arrived", totals.arrived},
-                                           {"collisions", totals.collisions},
-                                           {"falls", totals.falls},
-                                           {"stopped", totals.stopped},
-                                           {"rows", rows}});
+  out.report({{"seed", options.seed},
+              {"runs", totals.runs},
+              {"arrived", totals.arrived},
+              {"collisions", totals.collisions},
+              {"falls", totals.falls},
+              {"stopped", totals.stopped},
+              {"rows", rows}});
   fmt::print("{} runs: {} arrived, {} collisions, {} falls, {} stopped with a reason; {}\n", totals.runs,
-             totals.arrived, totals.collisions, totals.falls, totals.stopped,
-             (options.out / "report.json").string());
+             totals.arrived, totals.collisions, totals.falls, totals.stopped, out.list());
   const bool good = totals.runs > 0 && totals.collisions == 0 && totals.falls == 0 &&
                     totals.arrived * 100 >= totals.runs * 95;
   return good ? kSuccess : kNotReached;
@@ -100,10 +102,7 @@ void add_campaign(CLI::App& app, Run& run_command) {
   command->add_option("--seed", options->seed, "Seed of the worlds and of all noise")
       ->check(seed_number())
       ->capture_default_str();
-  command
-      ->add_option("--out", options->out,
-                   "Folder for report.json, and for pictures of runs that did not arrive")
-      ->capture_default_str();
+  command->add_option("--out", options->out, kOutHelp)->capture_default_str();
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
   command->add_option("--only", options->only, "Run just this one of the worlds, with pictures")
       ->check(CLI::Range(0, 99999));
@@ -112,6 +111,8 @@ void add_campaign(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->footer(
       "Example: headway campaign --worlds 50 --seed 1 --out build/campaign\n"
+      "Writes report.json, and world_NNN/ with all that 'headway sim' writes for each run that did not "
+      "arrive.\n"
       "Exit code 0 when nothing collided or fell and 95 % arrived, else 1.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }

@@ -12,6 +12,7 @@
 #include "app/field_pictures.h"
 #include "app/finite_range.h"
 #include "app/mesh_files.h"
+#include "app/output_folder.h"
 #include "app/report.h"
 #include "app/rig_plots.h"
 #include "app/sight_report.h"
@@ -32,7 +33,7 @@ namespace {
 
 struct CharacteriseOptions {
   fs::path rig, robot = default_robot_file();
-  std::optional<fs::path> out;
+  fs::path out;  ///< empty: nothing is written
   std::vector<double> resolutions{0.005, 0.02, 0.05};
   std::vector<fs::path> pair;
 };
@@ -40,10 +41,8 @@ struct CharacteriseOptions {
 /// The files of one rig, in a folder.
 class CharacterisationFiles {
  public:
-  CharacterisationFiles(const Characterisation& characterisation, const fs::path& folder)
-      : c_(characterisation), folder_(folder) {
-    make_folder(folder);
-  }
+  CharacterisationFiles(const Characterisation& characterisation, OutputFolder& folder)
+      : c_(characterisation), folder_(folder) {}
 
   void write_meshes() {
     write_mesh_of(c_.rig.field, "field", "field");
@@ -53,14 +52,14 @@ class CharacterisationFiles {
     }
     write_points(coloured_points(c_.rig),
                  fmt::format("pixel pairs of rig {}; {}", c_.raw.name, kCharacterisedFrame),
-                 named("points.ply"));
+                 folder_.file("points.ply"));
   }
 
   void write_pictures() {
-    write_png(field_picture(c_.rig), named("field.png"));
-    write_png(sections_picture(c_.rig), named("sections.png"));
-    write_png(resolution_plot(c_.rig), named("resolution.png"));
-    write_png(angles_plot(c_.rig.rectified), named("angles.png"));
+    write_png(field_picture(c_.rig), folder_.file("field.png"));
+    write_png(sections_picture(c_.rig), folder_.file("sections.png"));
+    write_png(resolution_plot(c_.rig), folder_.file("resolution.png"));
+    write_png(angles_plot(c_.rig.rectified), folder_.file("angles.png"));
     const CoveredTour& tour = c_.tours.front();
     const auto caption = [&](const char* where, const vision::CoveredShares& shares) {
       return fmt::format("{} views, {}: {:.0f} % of its gaze", tour.views.size(), where, 100 * shares.gaze);
@@ -68,7 +67,7 @@ class CharacterisationFiles {
     write_png(tours_picture(c_.endless, c_.robot.mission.neck, c_.robot.mission.head,
                             {{tour.views, kFarAway, caption("far away", tour.far_away)},
                              {tour.views, 1, caption("at 1 m", tour.at_a_metre)}}),
-              named("viewpoints.png"));
+              folder_.file("viewpoints.png"));
   }
 
   /// Returns how the cameras saw the pair.
@@ -79,37 +78,36 @@ class CharacterisationFiles {
     vision::StereoVision eyes(c_.raw);
     const vision::RangeView& view = eyes.see(frame);
     if (!eyes.fault().empty()) throw InputError(left.string() + ": " + eyes.fault());
-    write_png(surface_picture(view, eyes.rectified_left()), named("surface.png"));
+    write_png(surface_picture(view, eyes.rectified_left()), folder_.file("surface.png"));
     return eyes.sight();
   }
 
-  const std::vector<std::string>& names() const { return names_; }
-
  private:
-  fs::path named(const std::string& name) {
-    names_.push_back(name);
-    return folder_ / name;
-  }
   void write_mesh_of(const vision::Polytope& polytope, const std::string& name, const std::string& what) {
     const vision::TriangleMesh mesh = vision::hull_mesh(polytope.corners);
     for (const char* ending : {".ply", ".obj"})
       write_mesh(mesh, fmt::format("{} of rig {}; {}", what, c_.raw.name, kCharacterisedFrame),
-                 named(name + ending));
+                 folder_.file(name + ending));
   }
 
   const Characterisation& c_;
-  fs::path folder_;
-  std::vector<std::string> names_;
+  OutputFolder& folder_;
 };
 
+std::optional<OutputFolder> folder_of(const CharacteriseOptions& options) {
+  if (options.out.empty()) return std::nullopt;
+  return OutputFolder(options.out, "characterise");
+}
+
 /// Prints and writes all of one rig. The aim is missed where the pair shows that the cameras do not see well.
-int tell(const Characterisation& c, const CharacteriseOptions& options) {
+/// Without a folder nothing is written.
+int tell(const Characterisation& c, const CharacteriseOptions& options, OutputFolder* out) {
   print_characterisation(c);
-  if (!options.out) {
+  if (!out) {
     fmt::print("\nWith --out DIR: report.json, pictures, and the field as meshes.\n");
     return kSuccess;
   }
-  CharacterisationFiles files(c, *options.out);
+  CharacterisationFiles files(c, *out);
   files.write_meshes();
   files.write_pictures();
   Json report = characterisation_report(c);
@@ -118,9 +116,8 @@ int tell(const Characterisation& c, const CharacteriseOptions& options) {
     sight = files.write_surface(options.pair[0], options.pair[1]);
     report["sight"] = sight_report(*sight);
   }
-  report["files"] = files.names();
-  write_json(*options.out / "report.json", report);
-  fmt::print("\n{}: report.json, {}\n", options.out->string(), fmt::join(files.names(), ", "));
+  out->report(report);
+  fmt::print("\n{}\n", out->list());
   if (!sight) return kSuccess;
   print_findings(*sight, options.pair[0], options.pair[1]);
   return sight->fault() ? kNotReached : kSuccess;
@@ -146,25 +143,30 @@ int characterise_head(const CharacteriseOptions& options) {
   const vision::CameraHead head = vision::read_head(options.rig);
   if (!options.pair.empty())
     throw InputError(options.rig.string() + ": describes several rigs, expected one for --pair");
-  if (options.out) make_folder(*options.out);
+  std::optional<OutputFolder> out = folder_of(options);
   std::vector<NamedField> fields;
+  Json names = Json::array();
   for (const vision::HeadRig& rig : head.rigs) {
     const Characterisation c = characterised(rig.rig, options.robot, options.resolutions, rig.head_from_left);
-    CharacteriseOptions one = options;
-    if (one.out) *one.out /= rig.rig.name;
-    tell(c, one);
+    std::optional<OutputFolder> below;
+    if (out) below = out->below(rig.rig.name);
+    tell(c, options, below ? &*below : nullptr);
     fields.push_back(placed(c, rig.head_from_left));
+    names.push_back(rig.rig.name);
     fmt::print("\n");
   }
-  if (!options.out) return kSuccess;
-  write_png(fields_picture(fields), *options.out / "head.png");
-  fmt::print("{}: head.png, the fields of {} rigs together\n", options.out->string(), fields.size());
+  if (!out) return kSuccess;
+  write_png(fields_picture(fields), out->file("head.png"));
+  out->report({{"rigs", names}});
+  fmt::print("{}; the fields of {} rigs together are in head.png\n", out->list(), fields.size());
   return kSuccess;
 }
 
 int characterise(const CharacteriseOptions& options) {
   if (describes_a_head(options.rig)) return characterise_head(options);
-  return tell(characterised(vision::read_rig(options.rig), options.robot, options.resolutions), options);
+  const Characterisation c = characterised(vision::read_rig(options.rig), options.robot, options.resolutions);
+  std::optional<OutputFolder> out = folder_of(options);
+  return tell(c, options, out ? &*out : nullptr);
 }
 
 }  // namespace
@@ -179,11 +181,12 @@ void add_characterise(CLI::App& app, Run& run) {
       "each resolution) as PLY and OBJ meshes, points.ply, and field.png, sections.png, resolution.png,\n"
       "angles.png, viewpoints.png; with --pair also surface.png, the pair's surface and its uncertainty.\n"
       "  headway characterise config/hrp2/rigs/bottom.yaml --out build/rig\n"
+      "'Paper' marks the figures of the 2006 HRP-2 work that this follows.\n"
       "A head with several rigs gets a folder for each, and head.png with their fields together.");
   command->add_option("rig", options->rig, "Rig, or a head with several (config/hrp2/head.yaml)")
       ->required()
       ->type_name("RIG");
-  command->add_option("--out", options->out, "Folder for what is written; made if need be")->type_name("DIR");
+  command->add_option("--out", options->out, kOutHelp)->type_name("DIR");
   command
       ->add_option("--resolution", options->resolutions,
                    "Largest standard deviation of the points in a field of its own")

@@ -14,6 +14,7 @@
 #include "app/finite_range.h"
 #include "app/level.h"
 #include "app/map_view.h"
+#include "app/output_folder.h"
 #include "app/pictures.h"
 #include "app/report.h"
 #include "app/sequence.h"
@@ -21,7 +22,6 @@
 #include "hal/error.h"
 #include "nav/cloud_file.h"
 #include "nav/explored.h"
-#include "nav/floor_files.h"
 #include "nav/floor_map.h"
 #include "nav/integrate.h"
 #include "nav/octomap_files.h"
@@ -41,7 +41,7 @@ constexpr double kBelowFloor = 0.4, kAboveFloor = 3.6;  // the map's box [m]
 struct MapOptions {
   fs::path sequence, out;
   std::string rig;
-  std::string matcher = "census";
+  std::string matcher;  ///< empty: census
   double resolution = 0.05;
   std::optional<double> near, far;
 };
@@ -133,7 +133,7 @@ std::size_t points_within(const vision::RangeView& view, double near, double far
 
 vision::VisionConfig vision_of(const MapOptions& options) {
   vision::VisionConfig config;
-  config.matcher.kind = vision::matcher_kind(options.matcher);
+  if (!options.matcher.empty()) config.matcher.kind = vision::matcher_kind(options.matcher);
   return config;
 }
 
@@ -145,7 +145,7 @@ class MapRun {
         eyes_(sequence_, options.near, options.far, vision_of(options)) {}
 
   int run() {
-    make_folder(options_.out);
+    out_.emplace(options_.out, "map");
     ground_ = find_ground(sequence_, eyes_);
     map_ = std::make_unique<nav::VoxelMap>(map_box(sequence_, ground_, eyes_, options_.resolution));
     const Json box = box_report(*map_);
@@ -154,8 +154,7 @@ class MapRun {
     integrate_all();
     write_map();
     write_report(box);
-    fmt::print("{}: {} points seen; report.json, map_view.png, map_above.png, floor.png, cloud.ply, map.bt\n",
-               options_.out.string(), points_);
+    fmt::print("{}; {} points seen\n", out_->list(), points_);
     if (points_ > 0) return kSuccess;
     fmt::print(stderr, "headway: {}: nothing was seen{}\n", options_.sequence.string(),
                sequence_.skipped.empty() ? " between --near and --far" : "; " + sequence_.skipped.front());
@@ -166,7 +165,12 @@ class MapRun {
   static Sequence read(const MapOptions& options) {
     SequenceOptions reading;
     if (!options.rig.empty()) reading.rig = options.rig;
-    return read_sequence(options.sequence, reading);
+    Sequence sequence = read_sequence(options.sequence, reading);
+    const char* idle = !options.rig.empty() ? "--rig" : !options.matcher.empty() ? "--matcher" : nullptr;
+    if (sequence.layout == Sequence::Layout::kDepth && idle)
+      throw InputError(fmt::format("map: {} is for stereo pairs, but {} holds depth images; leave it out",
+                                   idle, options.sequence.string()));
+    return sequence;
   }
 
   void integrate_all() {
@@ -215,14 +219,14 @@ class MapRun {
                        {"floor_ms", rounded(floor_ms, 3)}});
   }
 
-  void draw_last(std::size_t i) const {
-    const auto file = [&](const char* what) { return options_.out / fmt::format("{}_{:03}.png", what, i); };
+  void draw_last(std::size_t i) {
+    const auto file = [&](const char* what) { return out_->file(fmt::format("{}_{:03}.png", what, i)); };
     if (look_.left) write_png(image_picture(*look_.left), file("left"));
     write_png(depth_picture(*look_.view), file("depth"));
     write_png(uncertainty_picture(*look_.view), file("uncertainty"));
   }
 
-  void write_map() const {
+  void write_map() {
     const Eigen::Isometry3d first = ground_.map_from_world * sequence_.frames.front().world_from_camera;
     MapViewConfig config;
     config.title = "as the camera looked, from behind it";
@@ -230,23 +234,23 @@ class MapRun {
     const Eigen::Vector3d eye = first.translation(), ahead = first.linear().col(2);
     behind.eye = eye - 0.9 * ahead + Eigen::Vector3d(0, 0, 0.3);
     behind.target = eye + 2 * ahead;
-    write_png(map_view(*map_, behind, config), options_.out / "map_view.png");
+    write_png(map_view(*map_, behind, config), out_->file("map_view.png"));
     config.title = "from above, through the backs of walls and ceiling";
     write_png(map_view(*map_, bird_view(*map_, config, std::numbers::pi + 0.5, 0.9), config),
-              options_.out / "map_above.png");
+              out_->file("map_above.png"));
     FloorLayers layers;
     for (const SequenceFrame& frame : sequence_.frames) {
       layers.trail.push_back((ground_.map_from_world * frame.world_from_camera).translation().head<2>());
     }
     FloorPictureConfig floor;
     floor.title = "floor map, and the camera's way";
-    write_png(floor_picture(floor_, layers, floor), options_.out / "floor.png");
-    cloud_.write(options_.out / "cloud.ply");
-    nav::write_bt(*map_, options_.out / "map.bt");
-    nav::write_map_server(floor_, options_.out);
+    write_png(floor_picture(floor_, layers, floor), out_->file("floor.png"));
+    cloud_.write(out_->file("cloud.ply"));
+    nav::write_bt(*map_, out_->file("map.bt"));
+    write_floor(floor_, *out_);
   }
 
-  void write_report(const Json& box) const {
+  void write_report(const Json& box) {
     const nav::ExploredSpace space = nav::explored(*map_);
     const nav::ExploredFloor area = nav::explored(floor_);
     Json report = {{"layout", sequence_.rig ? "stereo" : "depth"},
@@ -265,10 +269,11 @@ class MapRun {
                      {"unseen", rounded(area.unseen, 3)}}},
                    {"skipped", sequence_.skipped},
                    {"frames", frames_}};
-    write_json(options_.out / "report.json", report);
+    out_->report(report);
   }
 
   MapOptions options_;
+  std::optional<OutputFolder> out_;
   Sequence sequence_;
   SequenceEyes eyes_;
   Ground ground_;
@@ -291,15 +296,18 @@ void add_map(CLI::App& app, Run& run) {
       "cam0/sensor.yaml, cam1/sensor.yaml, left_cam_gt*.csv with poses of the left camera), or depth images\n"
       "(frame-000000.depth.png [16 bit, mm], frame-000000.pose.txt [4x4, world from camera], ...,\n"
       "camera-intrinsics.txt [3x3]). The map lies level, its floor at z = 0 under the first camera.\n"
-      "Writes report.json (with each frame's density and times), pictures, cloud.ply, map.bt, floor.pgm and "
-      "floor.yaml.");
+      "Writes report.json (with each frame's density and times), cloud.ply, map.bt, floor.pgm, floor.yaml,\n"
+      "map_view.png, map_above.png, floor.png, and of three frames depth_NNN.png, uncertainty_NNN.png and, "
+      "of\n"
+      "pairs, left_NNN.png.");
   // Both are required unless a subcommand is asked for.
   auto* sequence = command->add_option("--sequence", options->sequence, "Folder of the sequence (required)")
                        ->type_name("DIR");
   auto* out =
-      command->add_option("--out", options->out, "Folder for what is written; made if need be (required)")
-          ->type_name("DIR");
-  command->add_option("--rig", options->rig, "Rig file in place of cam0/ and cam1/sensor.yaml")
+      command->add_option("--out", options->out, std::string(kOutHelp) + " (required)")->type_name("DIR");
+  command
+      ->add_option("--rig", options->rig,
+                   "Of stereo pairs: a rig file in place of cam0/ and cam1/sensor.yaml")
       ->type_name("FILE");
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
       ->check(finite_in(0.01, 0.5))
@@ -311,10 +319,9 @@ void add_map(CLI::App& app, Run& run) {
   command->add_option("--far", options->far, "Points farther away do not enter the map")
       ->check(finite_in(0, 10000))
       ->type_name("M");
-  command->add_option("--matcher", options->matcher, "Of stereo pairs: census, sgbm or bm")
+  command->add_option("--matcher", options->matcher, "Of stereo pairs: census (unless given), sgbm or bm")
       ->check(CLI::IsMember(vision::matcher_names()))
-      ->type_name("NAME")
-      ->capture_default_str();
+      ->type_name("NAME");
   add_map_convert(*command, run);
   command->callback([options, command, sequence, out, &run] {
     if (!command->get_subcommands().empty()) return;

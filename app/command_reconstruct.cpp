@@ -10,6 +10,7 @@
 #include "app/drawing.h"
 #include "app/finite_range.h"
 #include "app/map_view.h"
+#include "app/output_folder.h"
 #include "app/pictures.h"
 #include "app/report.h"
 #include "app/sight_report.h"
@@ -117,7 +118,7 @@ class Reconstruction {
     vision::VisionConfig config;
     config.matcher.kind = vision::matcher_kind(options_.matcher);
     vision::StereoVision eyes(rig_of(options_, frame.left), config);
-    make_folder(options_.out);
+    out_.emplace(options_.out, "reconstruct");
     show_progress("matching");
     watch.lap_ms();
     const vision::RangeView& view = eyes.see(frame);
@@ -130,12 +131,10 @@ class Reconstruction {
     describe(eyes, view);
     if (!options_.truth.empty()) compare(eyes.disparity());
     progress_.reset();
-    write_json(options_.out / "report.json", report_);
-    write_json(options_.out / "timing.json", times_);
-    fmt::print(
-        "{}: {} points; {:.1f} % of the pixels matched; report.json, depth.png, uncertainty.png, cloud.ply, "
-        "map.bt\n",
-        options_.out.string(), report_["points"].dump(), 100 * matched_);
+    write_json(out_->file("timing.json"), times_);
+    out_->report(report_);
+    fmt::print("{}; {} points, {:.1f} % of the pixels matched\n", out_->list(), report_["points"].dump(),
+               100 * matched_);
     print_findings(eyes.sight(), options_.left, options_.right);
     return eyes.sight().fault() ? kNotReached : kSuccess;
   }
@@ -145,10 +144,10 @@ class Reconstruction {
 
   void write_pictures(const vision::StereoVision& eyes, const vision::RangeView& view) {
     Stopwatch watch;
-    write_png(image_picture(eyes.rectified_left()), options_.out / "left.png");
-    write_png(depth_picture(view), options_.out / "depth.png");
-    write_png(uncertainty_picture(view), options_.out / "uncertainty.png");
-    write_png(disparity_image(eyes.disparity()), options_.out / "disparity.png");
+    write_png(image_picture(eyes.rectified_left()), out_->file("left.png"));
+    write_png(depth_picture(view), out_->file("depth.png"));
+    write_png(uncertainty_picture(view), out_->file("uncertainty.png"));
+    write_png(disparity_image(eyes.disparity()), out_->file("disparity.png"));
     times_["pictures_ms"] = rounded(watch.lap_ms(), 3);
   }
 
@@ -160,13 +159,13 @@ class Reconstruction {
     Stopwatch watch;
     nav::integrate(voxels, view, map_from_camera, Time{});
     times_["integrate_ms"] = rounded(watch.lap_ms(), 3);
-    nav::write_bt(voxels, options_.out / "map.bt");
+    nav::write_bt(voxels, out_->file("map.bt"));
     nav::CloudFile cloud;
     cloud.add(view, map_from_camera);
-    cloud.write(options_.out / "cloud.ply");
+    cloud.write(out_->file("cloud.ply"));
     report_["points"] = cloud.size();
     watch.lap_ms();
-    write_png(voxel_picture(voxels, view), options_.out / "map_view.png");
+    write_png(voxel_picture(voxels, view), out_->file("map_view.png"));
     times_["map_view_ms"] = rounded(watch.lap_ms(), 3);
   }
 
@@ -192,7 +191,7 @@ class Reconstruction {
     report_["near_m"] = view.near;
     report_["far_m"] = view.far;
     report_["frame"] = "the rectified left camera's, turned to x forward, y left, z up";
-    const vision::DisparityRange range = vision::disparity_range(eyes.rig());
+    const vision::DisparityRange& range = eyes.searched();
     report_["matcher"] = options_.matcher;
     report_["disparities"] = {{"lowest", range.lowest}, {"count", range.count}};
   }
@@ -223,6 +222,7 @@ class Reconstruction {
   }
 
   ReconstructOptions options_;
+  std::optional<OutputFolder> out_;
   std::optional<Progress> progress_{"reconstructing"};
   std::size_t stage_ = 0;
   double matched_ = 0;  ///< share of all pixels
@@ -237,14 +237,14 @@ void add_reconstruct(CLI::App& app, Run& run) {
       app.add_subcommand("reconstruct", "Turns one stereo pair into uncertain points and a map.");
   command->footer(
       "With --rig FILE the images are rectified first. A pair that is rectified already needs no file:\n"
-      "  headway reconstruct left.png right.png --focal 994.978 --baseline 0.193 --near 2 --out DIR\n"
+      "  headway reconstruct left.png right.png --focal 994.978 --baseline 0.193001 --offset 31.086 \\\n"
+      "    --cx 311.193 --cy 254.877 --near 2 --far 10 --out DIR\n"
+      "(these are the numbers of Middlebury's Motorcycle; offset is its doffs)\n"
       "Writes report.json, timing.json, left.png, depth.png, uncertainty.png, disparity.png (16 bit,\n"
       "times 256), map_view.png, cloud.ply and map.bt, in the camera's frame: x forward, y left, z up.");
   command->add_option("left", options->left, "Left image")->required()->type_name("LEFT");
   command->add_option("right", options->right, "Right image")->required()->type_name("RIGHT");
-  command->add_option("--out", options->out, "Folder for what is written; made if need be")
-      ->required()
-      ->type_name("DIR");
+  command->add_option("--out", options->out, kOutHelp)->required()->type_name("DIR");
   CLI::Option* rig =
       command
           ->add_option(

@@ -39,8 +39,8 @@ int run(const Options& options) {
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
   SimSession session(robot, world, sim);
-  make_folder(options.out);  // so that a long run is not in vain
-  SimOutputs outputs(session, options.out);
+  OutputFolder out(options.out, "sim");
+  SimOutputs outputs(session);
   Progress progress(world.name);
   session.on_progress([&] {
     const Pose2 base = session.body().stance().base();
@@ -50,7 +50,8 @@ int run(const Options& options) {
                               (base.position() - session.goal().position).norm()));
   });
   const SimOutcome outcome = session.run();
-  for (const auto& picture : outputs.write(outcome)) fmt::print("{}\n", picture.string());
+  outputs.write(outcome, out);
+  fmt::print("{}\n", out.list());
   const auto& counts = session.mission().counters();
   fmt::print("{}: {}{}{}; {:.2f} m in {:.1f} s, {} steps, {} replans, goal error {:.3f} m\n", world.name,
              outcome.end, outcome.reason.empty() ? "" : ": ", outcome.reason, outcome.walked, outcome.seconds,
@@ -65,8 +66,7 @@ void add_sim(CLI::App& app, Run& run_command) {
   CLI::App* command = app.add_subcommand(
       "sim", "Run the whole program on a simulated robot: look around, map, plan, walk, replan, arrive");
   command->add_option("world", options->world, "World file, e.g. config/worlds/lab.yaml")->required();
-  command->add_option("--out", options->out, "Folder for report.json, pictures, map.bt, floor.pgm, cloud.ply")
-      ->required();
+  command->add_option("--out", options->out, kOutHelp)->required();
   command->add_option("--goal", options->goal, "X,Y[,YAW]: where to go [m, deg]; default: the world's goal")
       ->delimiter(',')
       ->expected(2, 3)
@@ -87,6 +87,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->footer(
       "Example: headway sim config/worlds/moving_box.yaml --out build/demo\n"
+      "Writes report.json, timing.json, map.bt, floor.pgm, floor.yaml, cloud.ply and pictures: scene, "
+      "views,\n"
+      "left, depth, uncertainty and plan as the walk begins, replan and replan_left, floor and map at its "
+      "end.\n"
       "Exit code 0 when the robot arrived, 1 when it did not (report.json says why).");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }

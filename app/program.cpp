@@ -19,18 +19,22 @@ namespace {
 
 /// What is wrong with the arguments, and where to read on, in one line.
 std::string told(const CLI::App& program, const CLI::ParseError& fault) {
-  const auto chosen = program.get_subcommands();
-  if (!chosen.empty()) {
-    const std::string& command = chosen.front()->get_name();
-    return fmt::format("{0}: {1}; see 'headway {0} --help'", command, config::one_line(fault.what()));
+  std::string chosen;
+  const CLI::App* last = &program;
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands().front();
+    chosen += (chosen.empty() ? "" : " ") + last->get_name();
   }
+  if (last->get_require_subcommand_min() == 0)
+    return fmt::format("{0}: {1}; see 'headway {0} --help'", chosen, config::one_line(fault.what()));
   std::vector<std::string> commands;
-  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+  for (const CLI::App* command : last->get_subcommands([](const CLI::App*) { return true; }))
     commands.push_back(command->get_name());
-  const std::vector<std::string> rest = program.remaining();
+  const std::vector<std::string> rest = program.remaining(true);
   const std::string what =
       rest.empty() ? "no command" : fmt::format("'{}' is no command", config::one_line(rest.front()));
-  return fmt::format("{}, expected one of: {}; see 'headway --help'", what, fmt::join(commands, ", "));
+  return fmt::format("{}{}, expected one of: {}; see 'headway {}--help'", chosen.empty() ? "" : chosen + ": ",
+                     what, fmt::join(commands, ", "), chosen.empty() ? "" : chosen + " ");
 }
 
 /// Runs the command that was chosen, or shows help; what it said must have arrived.
@@ -60,6 +64,9 @@ int run_program(int argc, const char* const* argv) {
   program.require_subcommand(1);
   program.set_version_flag("--version", "headway 0.1.0");
   program.footer(
+      "A command first removes from --out what its own earlier run left there (as report.json lists it), and "
+      "refuses\n"
+      "a folder with another command's report.json.\n"
       "Exit codes: 0 done; 1 ran, but the aim was not reached; 2 bad input (one line says what to mend);\n"
       "3 fault of the program or machine. 'headway COMMAND --help' explains a command.");
   // One core: the frame loop's work stays in its own thread.

@@ -16,11 +16,14 @@ Json camera(const vision::CameraSight& sight) {
 
 }  // namespace
 
+const char* name(vision::Severity severity) {
+  return severity == vision::Severity::kFault ? "fault" : "warning";
+}
+
 Json sight_report(const vision::SightReport& sight) {
   Json findings = Json::array();
   for (const vision::SightFinding& finding : sight.findings) {
-    findings.push_back({{"severity", finding.severity == vision::Severity::kFault ? "fault" : "warning"},
-                        {"what", finding.what}});
+    findings.push_back({{"severity", name(finding.severity)}, {"what", finding.what}});
   }
   return {{"left", camera(sight.left)},
           {"right", camera(sight.right)},

@@ -8,6 +8,8 @@
 
 namespace headway::app {
 
+const char* name(vision::Severity severity);
+
 /// The numbers behind a judgement, and what was found wrong: `findings` is empty for a healthy pair.
 Json sight_report(const vision::SightReport& sight);
 

@@ -10,8 +10,8 @@
 
 #include "app/map_view.h"
 #include "app/pictures.h"
+#include "app/sight_report.h"
 #include "nav/explored.h"
-#include "nav/floor_files.h"
 #include "nav/octomap_files.h"
 #include "sim_hal/render.h"
 
@@ -121,6 +121,16 @@ Json unused(const drivers::WalkerCounts& counts) {
           {"lost", counts.lost}};
 }
 
+Json findings_report(const std::vector<SimSightFinding>& findings) {
+  Json out = Json::array();
+  for (const SimSightFinding& f : findings)
+    out.push_back({{"severity", name(f.first.severity)},
+                   {"what", f.first.what},
+                   {"first_s", rounded(to_seconds(f.time), 3)},
+                   {"frames", f.frames}});
+  return out;
+}
+
 }  // namespace
 
 Json sim_report(const SimSession& session, const SimOutcome& outcome) {
@@ -165,6 +175,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
                    {"walks_ended_early", bus.stops},
                    {"dropped", dropped(session.links())},
                    {"unused", unused(session.walker().counts())}};
+  report["sight_findings"] = findings_report(session.sight_findings());
   report["precision"] = {
       {"points", precision.points},
       {"coverage_3_sigma", rounded(precision.share())},
@@ -194,8 +205,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   return report;
 }
 
-SimOutputs::SimOutputs(SimSession& session, std::filesystem::path folder)
-    : session_(session), folder_(std::move(folder)) {
+SimOutputs::SimOutputs(SimSession& session) : session_(session) {
   session_.observe([this](const runtime::FrameSnapshot& snapshot) { see(snapshot); });
 }
 
@@ -298,13 +308,10 @@ cv::Mat SimOutputs::floor(const runtime::Mapper& mapper, const runtime::Mission&
   return floor_picture(mapper.floor(), layers, config);
 }
 
-std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) {
-  make_folder(folder_);
+void SimOutputs::write(const SimOutcome& outcome, OutputFolder& folder) {
   const runtime::Mapper& mapper = session_.mapper();
-  std::vector<std::filesystem::path> written;
   const auto save = [&](const std::string& name, const cv::Mat& image) {
-    written.push_back(folder_ / (name + ".png"));
-    write_png(image, written.back());
+    write_png(image, folder.file(name + ".png"));
   };
   for (const auto* kept : {&pictures_, &replan_})
     for (const Picture& picture : *kept) save(picture.name, picture.image);
@@ -331,19 +338,18 @@ std::vector<std::filesystem::path> SimOutputs::write(const SimOutcome& outcome) 
   figures.gait = layers.gait;
   save("map", map_view(mapper.voxels(), bird_view(mapper.voxels(), view), view, figures));
 
-  nav::write_bt(mapper.voxels(), folder_ / "map.bt");
-  nav::write_map_server(mapper.floor(), folder_);
-  cloud_.write(folder_ / "cloud.ply");
-  write_json(folder_ / "report.json", sim_report(session_, outcome));
-  write_json(folder_ / "timing.json", {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},
-                                       {"frames", total_ms_.size()},
-                                       {"late", session_.frame_loop().counters().late},
-                                       {"see", spread(see_ms_)},
-                                       {"map", spread(map_ms_)},
-                                       {"floor", spread(floor_ms_)},
-                                       {"plan", spread(plan_ms_)},
-                                       {"total", spread(total_ms_)}});
-  return written;
+  nav::write_bt(mapper.voxels(), folder.file("map.bt"));
+  write_floor(mapper.floor(), folder);
+  cloud_.write(folder.file("cloud.ply"));
+  write_json(folder.file("timing.json"), {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},
+                                          {"frames", total_ms_.size()},
+                                          {"late", session_.frame_loop().counters().late},
+                                          {"see", spread(see_ms_)},
+                                          {"map", spread(map_ms_)},
+                                          {"floor", spread(floor_ms_)},
+                                          {"plan", spread(plan_ms_)},
+                                          {"total", spread(total_ms_)}});
+  folder.report(sim_report(session_, outcome));
 }
 
 }  // namespace headway::app

@@ -1,12 +1,12 @@
 // What a simulated run leaves behind: reports, pictures, the map and the cloud.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
+#include "app/output_folder.h"
 #include "app/pictures.h"
 #include "app/report.h"
 #include "app/sim_session.h"
@@ -17,14 +17,13 @@ namespace headway::app {
 /// The report of a run, as report.json holds it (without wall-clock times).
 Json sim_report(const SimSession& session, const SimOutcome& outcome);
 
-/// Watches a run and writes its files at the end, if asked.
+/// Watches a run and writes its files at the end, if asked: the folder's owner says where.
 class SimOutputs {
  public:
-  SimOutputs(SimSession& session, std::filesystem::path folder);
+  explicit SimOutputs(SimSession& session);
 
   void see(const runtime::FrameSnapshot& snapshot);
-  /// Writes everything into the folder, which is made if need be; returns the pictures' paths.
-  std::vector<std::filesystem::path> write(const SimOutcome& outcome);
+  void write(const SimOutcome& outcome, OutputFolder& folder);
 
  private:
   struct Picture {
@@ -40,7 +39,6 @@ class SimOutputs {
   FloorLayers layers() const;
 
   SimSession& session_;
-  std::filesystem::path folder_;
   std::vector<Picture> pictures_, replan_;
   std::vector<Eigen::Vector2d> last_path_;
   double replan_change_ = 0;

@@ -195,6 +195,7 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
   body_.on_touch([this](const sim::BodyBox& box, Time) { return touched(scene_, box); });
   frames_.observe([this](const runtime::FrameSnapshot& snapshot) {
     precision_.judge(snapshot.stamp.exposure, snapshot.view);
+    note_sight(snapshot.stamp.exposure);
     if (observer_) observer_(snapshot);
   });
   mission_.set_goal(goal_);
@@ -212,9 +213,25 @@ runtime::Eyes& SimSession::make_eyes() {
   } else {
     const auto model = stereo_model(robot_.rig, options_.seed);
     stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model);
-    eyes_ = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
+    auto eyes = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
+    stereo_eyes_ = eyes.get();
+    eyes_ = std::move(eyes);
   }
   return *eyes_;
+}
+
+void SimSession::note_sight(Time exposure) {
+  if (!stereo_eyes_) return;
+  for (const vision::SightFinding& finding : stereo_eyes_->sight().findings) {
+    const auto known =
+        std::find_if(sight_findings_.begin(), sight_findings_.end(), [&](const SimSightFinding& f) {
+          return f.first.fault == finding.fault && f.first.severity == finding.severity;
+        });
+    if (known == sight_findings_.end())
+      sight_findings_.push_back({finding, exposure, 1});
+    else
+      ++known->frames;
+  }
 }
 
 void SimSession::move_world(Time now) {

@@ -58,6 +58,13 @@ struct SimEvent {
   Pose2 base;
 };
 
+/// One kind of finding about the cameras' sight: as it was first said, and in how many frames.
+struct SimSightFinding {
+  vision::SightFinding first;
+  Time time{};
+  int frames = 0;
+};
+
 /// Samples of the run for pictures and reports.
 struct SimTrail {
   std::vector<Pose2> truth, believed;  ///< base poses, ten a second
@@ -92,11 +99,13 @@ class SimSession {
   const std::vector<runtime::StepRecord>& steps() const { return steps_; }
   const SimTrail& trail() const { return trail_; }
   const std::vector<SimEvent>& events() const { return events_; }
+  const std::vector<SimSightFinding>& sight_findings() const { return sight_findings_; }
 
  private:
   runtime::Eyes& make_eyes();
   void move_world(Time now);
   void note();
+  void note_sight(Time exposure);
   SimOutcome judge(std::string end) const;
 
   Robot robot_;
@@ -109,7 +118,8 @@ class SimSession {
   std::unique_ptr<sim::SimStereoCamera> stereo_camera_;
   std::unique_ptr<sim::SimDepthCamera> depth_camera_;
   std::unique_ptr<runtime::Eyes> eyes_;
-  vision::PinholeCamera camera_;  ///< of the views
+  const runtime::StereoEyes* stereo_eyes_ = nullptr;  ///< the same, but in range mode
+  vision::PinholeCamera camera_;                      ///< of the views
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
@@ -124,6 +134,7 @@ class SimSession {
   std::vector<runtime::StepRecord> steps_;
   SimTrail trail_;
   std::vector<SimEvent> events_;
+  std::vector<SimSightFinding> sight_findings_;
 };
 
 }  // namespace headway::app

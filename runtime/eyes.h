@@ -44,6 +44,8 @@ class StereoEyes final : public Eyes {
   const vision::RangeView& see() override { return vision_.see(frame_); }
   Eigen::Isometry3d left_from_view() const override { return vision_.left_from_rectified(); }
   const hal::GrayImage* picture() const override { return &vision_.rectified_left(); }
+  /// How the cameras saw the frame seen last.
+  const vision::SightReport& sight() const { return vision_.sight(); }
   /// Of the images, or of the cameras as they see at the moment.
   const std::string& fault() const override {
     const vision::SightFinding* sight = vision_.sight().fault();

@@ -13,7 +13,7 @@ namespace headway::vision {
 namespace {
 
 // OpenCV's matchers would leave out more columns for a longer search.
-DisparityRange searched(RectifiedRig rig, const VisionConfig& config) {
+DisparityRange search_range(RectifiedRig rig, const VisionConfig& config) {
   const DisparityRange asked = disparity_range(rig);
   if (config.matcher.kind != MatcherKind::kCensus) return asked;
   rig.nearest *= config.search_nearer;
@@ -28,7 +28,8 @@ StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
       sigma_(config.sigma),
       weight_(config.weight),
       veils_(config.veils),
-      matcher_(make_matcher(searched(rectifier_.rig(), config), config.matcher)),
+      searched_(search_range(rectifier_.rig(), config)),
+      matcher_(make_matcher(searched_, config.matcher)),
       sight_config_(config.sight) {
   sigma_.base = rectifier_.rig().disparity_sigma;
 }

@@ -50,6 +50,9 @@ class StereoVision {
   const hal::GrayImage& rectified_right() const { return right_; }
   const DisparityImage& disparity() const { return disparity_; }
 
+  /// What the matcher searches: the census matcher more than the rig's nearest depth asks for.
+  const DisparityRange& searched() const { return searched_; }
+
   const RectifiedRig& rig() const { return rectifier_.rig(); }
   const PinholeCamera& camera() const { return rectifier_.camera(); }
   Eigen::Isometry3d left_from_rectified() const { return rectifier_.rectified_from_left().inverse(); }
@@ -62,6 +65,7 @@ class StereoVision {
   SigmaModel sigma_;
   WeightModel weight_;
   VeilFilter veils_;
+  DisparityRange searched_;
   std::unique_ptr<Matcher> matcher_;
   hal::GrayImage left_, right_;
   DisparityImage disparity_;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <random>
+#include <set>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -153,6 +155,21 @@ TEST(Map, OfADepthSequenceHasItsFloorAtZeroAndTheWallAhead) {
   }
 }
 
+TEST(Map, RefusesOptionsThatDepthImagesDoNotNeed) {
+  const TemporaryFolder folder;
+  write_room(folder / "in", 1);
+  const auto map = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"map", "--out", (folder / "out").string(), "--sequence",
+                                       (folder / "in").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_headway(arguments);
+  };
+  const std::string rig = (source_dir() / "config/hrp2/rigs/bottom.yaml").string();
+  EXPECT_TRUE(says(map({"--rig", rig}), {"--rig is for stereo pairs", "depth images"}));
+  EXPECT_TRUE(says(map({"--matcher", "census"}), {"--matcher is for stereo pairs", "depth images"}));
+  EXPECT_EQ(map({}).code, kSuccess);
+}
+
 TEST(Map, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   const auto map = [&](std::vector<std::string> more) {
@@ -173,6 +190,33 @@ TEST(Map, HelpsAndRefusesWhatItDoesNotKnow) {
   EXPECT_EQ(run_headway({"reconstruct", "--help"}).code, kSuccess);
   EXPECT_EQ(run_headway({"map"}).code, kBadInput);
   EXPECT_EQ(run_headway({"map", "--sequence", "x", "--out", "y", "--resolution", "7"}).code, kBadInput);
+}
+
+/// All files in a folder but its report are those that the report lists.
+void expect_complete_report(const fs::path& folder) {
+  std::set<std::string> there, listed = json_of(folder / "report.json")["files"];
+  for (const auto& entry : fs::directory_iterator(folder)) there.insert(entry.path().filename());
+  there.erase("report.json");
+  EXPECT_EQ(there, listed);
+}
+
+TEST_F(Reconstruct, ReportsEveryFileAndTheDisparitiesThatWereSearched) {
+  // 1.4 m are 14.3 px here, but the census matcher looks up to 0.7 times as near: 20.4 px.
+  for (const auto& [matcher, count] : {std::pair{"census", 32}, {"bm", 16}}) {
+    ASSERT_EQ(run({"--focal", "100", "--baseline", "0.2", "--near", "1.4", "--matcher", matcher}).code,
+              kSuccess);
+    expect_complete_report(folder_ / "out");
+    EXPECT_EQ(json_of(folder_ / "out/report.json")["disparities"]["count"], count) << matcher;
+  }
+}
+
+TEST(Map, ReportsEveryFile) {
+  const TemporaryFolder folder;
+  write_room(folder / "in", 3);
+  ASSERT_EQ(
+      run_headway({"map", "--sequence", (folder / "in").string(), "--out", (folder / "out").string()}).code,
+      kSuccess);
+  expect_complete_report(folder / "out");
 }
 
 TEST(Report, KeepsTheOrderOfItsKeysAndRoundsItsNumbers) {
@@ -206,6 +250,7 @@ void expect_same_bytes_twice(const std::vector<std::string>& options) {
     EXPECT_TRUE(read_text(entry.path()) == read_text(folder / "two" / name)) << name;
   }
   EXPECT_GE(files, 7U);
+  EXPECT_EQ(json_of(folder / "one/report.json")["files"].size(), files);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "two"), {}),
             static_cast<std::ptrdiff_t>(files) + 1);
 }
@@ -236,6 +281,26 @@ TEST(RealDataSlow, MotorcycleIsReconstructedPrecisely) {
   EXPECT_GE(report["density"], 0.94);
   EXPECT_GE(report["coverage_3_sigma"], 0.95);
   EXPECT_LE(report["coverage_3_sigma"], 0.999);
+}
+
+TEST(RealDataSlow, TheExampleOfReconstructsHelpIsMotorcycle) {
+  const fs::path pair = data_folder() / "stereo/motorcycle";
+  if (!fs::exists(pair)) GTEST_SKIP() << "HEADWAY_DATA is not set, or has no stereo/motorcycle";
+  testing::internal::CaptureStdout();
+  const char* help[] = {"headway", "reconstruct", "--help"};
+  run_program(3, help);
+  const std::string text = testing::internal::GetCapturedStdout();
+  std::istringstream words(text.substr(text.find("headway reconstruct left.png")));
+  std::vector<std::string> arguments;
+  for (std::string word; words >> word && word != "DIR";)
+    if (word != "\\" && word != "headway") arguments.push_back(word);
+  const TemporaryFolder folder;
+  arguments[1] = (pair / "left.png").string(), arguments[2] = (pair / "right.png").string();
+  arguments.insert(arguments.end(), {folder.path().string(), "--truth", (pair / "gt16.png").string()});
+  const Outcome outcome = run_headway(arguments);
+  ASSERT_EQ(outcome.code, kSuccess) << outcome.error;
+  EXPECT_LE(json_of(folder / "report.json")["bad_2"], 0.06);
+  EXPECT_GE(json_of(folder / "report.json")["density"], 0.94);
 }
 
 TEST(RealDataSlow, SequencesAreMapped) {

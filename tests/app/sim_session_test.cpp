@@ -47,6 +47,24 @@ TEST(SimSession, WalksToAGoalAndFacesAsWished) {
   for (const auto& step : session.steps()) EXPECT_LE(step.frame_age, session.robot().steps.max_map_age);
 }
 
+TEST(SimSession, ReportsWhatWasWrongWithTheCamerasSight) {
+  const auto findings = [](double least_sharpness) {
+    Robot robot = hrp2();
+    robot.vision.sight.least_sharpness = least_sharpness;
+    SimOptions options = range_mode();
+    options.range_mode = false;
+    options.longest = seconds(1);
+    SimSession session(robot, empty_room(), options);
+    return sim_report(session, session.run())["sight_findings"];
+  };
+  EXPECT_EQ(findings(0), Json::array());
+  const Json blurred = findings(10);  // nothing is as sharp
+  ASSERT_EQ(blurred.size(), 1U) << "one for all frames";
+  EXPECT_EQ(blurred[0]["severity"], "warning");
+  EXPECT_NE(blurred[0]["what"].get<std::string>().find("sharp"), std::string::npos) << blurred;
+  EXPECT_GE(blurred[0]["frames"], 5);
+}
+
 TEST(SimSessionSlow, LooksThroughBothCamerasOnTheWay) {
   SimOptions options = range_mode();
   options.range_mode = false;
