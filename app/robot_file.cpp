@@ -12,6 +12,7 @@
 #include "hal/error.h"
 #include "vision/rectify.h"
 #include "vision/rig_files.h"
+#include "vision/rig_polytope.h"
 #include "vision/viewpoints.h"
 
 namespace headway::app {
@@ -130,6 +131,13 @@ std::optional<vision::FieldAngles> read_mission(const Section& mission, Robot& r
   config.gate.blind_radius = mission.number("blind_radius", {0, 3, "m"});
   config.look_distance = mission.number("look_distance", {0.2, 5, "m"});
   config.goal_tolerance = mission.number("goal_tolerance", {0.01, 1, "m"});
+  if (mission.choice_or("look_around", "gain", {"gain", "viewpoints"}) == "gain") {
+    nav::NextViewConfig& next = config.next_view.emplace();
+    next.space = {-robot.mapper.voxels.floor_band, robot.mapper.floor.body_height};
+    next.least_gain = mission.number_or("least_gain", next.least_gain, {1e-6, 1000, "m^3"});
+  } else if (mission.has("least_gain")) {
+    mission.fail("least_gain", "only counts with look_around: gain");
+  }
   robot.steps.max_map_age = seconds(mission.number("max_map_age_seconds", {0.1, 10, "s"}));
   const auto field = mission.numbers_if("look_around_field_deg", 2, {5, 170, "deg"});
   if (!field) return std::nullopt;
@@ -139,6 +147,13 @@ std::optional<vision::FieldAngles> read_mission(const Section& mission, Robot& r
 /// What both cameras show at the distance that the head watches.
 vision::FieldAngles field_of(const vision::StereoRig& rig, double look_distance) {
   return vision::field_angles(vision::Rectifier(rig).rig(), std::max(look_distance, rig.nearest));
+}
+
+/// The field in the left camera's frame.
+vision::Polytope field_in_camera(const vision::StereoRig& rig) {
+  const vision::Rectifier rectifier(rig);
+  return vision::moved(vision::rig_polytope(rectifier.rig(), {rig.nearest, rig.farthest}),
+                       rectifier.rectified_from_left().inverse());
 }
 
 void read_simulation(const Section& simulation, SimulationConfig& config) {
@@ -208,6 +223,7 @@ Robot read_robot(const std::filesystem::path& file) {
   section.finish();
   robot.mapper.integration.own_body = {own_body(section.section("neck"), robot)};
   robot.rig = vision::read_rig(rig);
+  robot.mission.field = field_in_camera(robot.rig);
   robot.mission.viewpoints = vision::viewpoints(
       robot.mission.head, field ? *field : field_of(robot.rig, robot.mission.look_distance));
   return robot;

@@ -162,6 +162,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["replans"] = mission.replans;
   report["pauses"] = mission.pauses;
   report["look_arounds"] = mission.look_arounds;
+  report["views"] = session.mission().views_taken();
   report["frames"] = {{"used", frames.frames},
                       {"lost", frames.lost},
                       {"no_pose", frames.no_pose},

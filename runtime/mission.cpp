@@ -55,7 +55,11 @@ Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
     : config_(config),
       planner_(config.planner, config.gait, config.outline, grid),
       gate_(config.gate, config.gait, config.outline),
-      refusals_(config.attempts) {}
+      refusals_(config.attempts) {
+  if (config.next_view)
+    next_view_.emplace(nav::Viewer{config.field, config.neck, config.head}, grid.resolution,
+                       *config.next_view);
+}
 
 void Mission::set_goal(const nav::Goal& goal) {
   const bool again = over();
@@ -118,18 +122,37 @@ MotionOrder Mission::starting(const MissionInput& input) {
 }
 
 void Mission::begin_look_around() {
+  begin_look_again();
+  exploring_ = next_view_.has_value();
+  if (exploring_) tour_ = Tour();
+}
+
+void Mission::begin_look_again() {
   state_ = MissionState::kLookAround;
+  exploring_ = false;
+  looked_.clear();
   tour_ = Tour(config_.viewpoints, config_.frames_per_view);
   ++counters_.look_arounds;
 }
 
 MotionOrder Mission::look_around(const MissionInput& input) {
-  if (!input.faulty && tour_.look(input.head)) ++views_taken_;
+  if (!input.faulty && tour_.look(input.head)) {
+    ++views_taken_;
+    looked_.push_back(input.map_from_chest * config_.neck.chest_from_camera(input.head));
+  }
+  if (exploring_ && tour_.done()) tour_ = next_look(input);
   if (tour_.done())
     state_ = goal_ ? MissionState::kWalk : MissionState::kWaitGoal;
   else
     look_ = tour_.direction();
   return rest(input);
+}
+
+/// At the best direction; at none when nothing is left to gain.
+Tour Mission::next_look(const MissionInput& input) {
+  const auto looks = next_view_->turns(input.mapper.voxels(), input.map_from_chest, input.head, looked_);
+  if (looks.empty()) return {};
+  return Tour({looks.front().head}, config_.frames_per_view);
 }
 
 MotionOrder Mission::walk_on(const MissionInput& input) {
@@ -286,7 +309,7 @@ MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
   }
   ++counters_.pauses;
   if (fruitless_ % 2 == 0 || gate.missing.empty()) {
-    begin_look_around();
+    begin_look_again();
     return rest(input);
   }
   state_ = MissionState::kLookAhead;

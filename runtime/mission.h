@@ -7,12 +7,14 @@
 
 #include "hal/head_kinematics.h"
 #include "nav/footsteps.h"
+#include "nav/next_view.h"
 #include "nav/planner.h"
 #include "runtime/floor_gate.h"
 #include "runtime/gaze.h"
 #include "runtime/links.h"
 #include "runtime/mapper.h"
 #include "runtime/refusals.h"
+#include "vision/polytope.h"
 
 namespace headway::runtime {
 
@@ -34,7 +36,11 @@ struct MissionConfig {
   FloorGateConfig gate;
   hal::HeadKinematics neck;
   hal::HeadLimits head;
-  std::vector<hal::HeadAngles> viewpoints;  ///< to look around
+  vision::Polytope field;  ///< of the rig, in the left camera's optical frame
+  /// To look around where most is to be seen, until nothing is left to gain. Without it: at the viewpoints.
+  std::optional<nav::NextViewConfig> next_view;
+  /// To look in turn when all that is known is to be looked at again: things may have moved.
+  std::vector<hal::HeadAngles> viewpoints;
   int frames_per_view = 2;
   bool replan =
       true;  ///< false: follow the first plan, whatever is seen later (to show what replanning gains)
@@ -102,6 +108,8 @@ class Mission {
   MotionOrder rest(const MissionInput& input) const;
 
   void begin_look_around();
+  void begin_look_again();
+  Tour next_look(const MissionInput& input);
   void plan(const MissionInput& input, const Pose2& start);
   bool follows(const nav::Committed& committed) const;
   void carry_over(const nav::Committed& committed);
@@ -123,6 +131,9 @@ class Mission {
   MissionState state_ = MissionState::kStarting;
   std::optional<nav::Goal> goal_;
   std::string reason_;
+  std::optional<nav::NextView> next_view_;
+  bool exploring_ = false;                 ///< looks around for what is unseen, not through the viewpoints
+  std::vector<Eigen::Isometry3d> looked_;  ///< poses of the left camera on this look around
   Tour tour_;
   hal::HeadAngles look_;
   std::optional<CurrentWalk> walk_;

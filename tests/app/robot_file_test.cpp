@@ -51,6 +51,19 @@ TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
               "simulation.body.stride_scale: must lie between 0.5 and 1.5");
 }
 
+TEST(RobotFile, SaysHowTheRobotLooksAround) {
+  const Robot robot = read_robot(kRobot);
+  ASSERT_TRUE(robot.mission.next_view);
+  EXPECT_EQ(robot.mission.next_view->least_gain, 0.1);
+  EXPECT_EQ(robot.mission.next_view->space.highest, robot.mapper.floor.body_height);
+  EXPECT_TRUE(robot.mission.field.contains({0.1, 0, 2})) << "what the left camera and the right one see";
+  EXPECT_FALSE(robot.mission.field.contains({0, 0, robot.rig.farthest + 0.1}));
+  EXPECT_THAT(fault_of("mission:", "look_around", "look_around: here"), HasSubstr("mission.look_around: "));
+  EXPECT_THAT(fault_of("mission:", "least_gain:", "least_gain: 0"), HasSubstr("mission.least_gain: "));
+  EXPECT_THAT(fault_of("mission:", "look_around: gain", "look_around: viewpoints"),
+              HasSubstr("least_gain: only"));
+}
+
 /// HRP-2 looks down over its own chest: `depth` ahead of the camera stands something flat.
 nav::IntegrationStats look_down(double depth) {
   const Robot robot = read_robot(kRobot);

@@ -24,7 +24,8 @@ MissionConfig hand_made() {
 
 /// A mission, a map that is looked at from above, and a head that is always where it should be.
 struct Bench {
-  explicit Bench(const MissionConfig& config = hand_made()) : mission(config, mapper.floor().grid) {
+  explicit Bench(const MissionConfig& config = hand_made())
+      : mission_config(config), mission(config, mapper.floor().grid) {
     bus.head.health = hal::HeadHealth::kReady;
     bus.walker = hal::WalkerHealth::kReady;
     bus.committed.session = 1;
@@ -86,6 +87,7 @@ struct Bench {
   Boxes boxes;
   Eigen::Vector2d eye{1.7, 0};
   Mapper mapper{small_map(), {}};
+  MissionConfig mission_config;
   Mission mission;
   BusReport bus;
   MotionOrder order;
@@ -93,6 +95,18 @@ struct Bench {
   bool faulty = false;
   Time now{}, last_look = nav::kNever;
 };
+
+/// Looks around for what is unseen, with a camera in the head 40 deg wide.
+MissionConfig exploring() {
+  MissionConfig config = hand_made();
+  const auto row = [](double x, double y, double z, double w) {
+    return vision::half_space(Eigen::Vector4d(x, y, z, w));
+  };
+  config.field = *vision::minimal_polytope({row(1, 0, 0.36, 0), row(-1, 0, 0.36, 0), row(0, 1, 0.36, 0),
+                                            row(0, -1, 0.36, 0), row(0, 0, 1, -0.5), row(0, 0, -1, 4)});
+  config.next_view.emplace();
+  return config;
+}
 
 const nav::Goal kAhead{{3, 0}, std::nullopt};
 
@@ -120,6 +134,58 @@ TEST(Mission, LooksAroundAndThenWaitsForAGoal) {
   EXPECT_GT(bench.order.plan.count, 10);
   EXPECT_TRUE(bench.order.plan.complete);
   EXPECT_EQ(bench.order.plan.newest_frame, bench.now);
+}
+
+TEST(Mission, LooksAroundUntilNothingIsLeftToGain) {
+  Bench bench(exploring());
+  bench.blind = "what the head sees does not come out";  // so every direction stays worth a look, once
+  bench.frames(2);
+  EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
+  bench.frames(100);
+  EXPECT_EQ(bench.mission.state(), MissionState::kWaitGoal);
+  const std::size_t at_nothing = bench.mission.views_taken();
+  EXPECT_GT(at_nothing, 6U);
+  EXPECT_LT(at_nothing, 30U);
+  Bench seeing(exploring());
+  seeing.frames(102);
+  EXPECT_EQ(seeing.mission.state(), MissionState::kWaitGoal);
+  EXPECT_LT(seeing.mission.views_taken(), at_nothing)
+      << "what has been seen from above need not be looked at";
+}
+
+TEST(Mission, LooksFirstWhereMostIsToBeGained) {
+  Bench bench(exploring());
+  bench.frames(2);
+  nav::NextView next({bench.mission_config.field, bench.mission_config.neck, bench.mission_config.head},
+                     bench.mapper.voxels().resolution(), *bench.mission_config.next_view);
+  bench.frames(1);
+  const auto looks = next.turns(bench.mapper.voxels(), bench.chest(), {}, {});
+  ASSERT_FALSE(looks.empty());
+  EXPECT_EQ(bench.order.look.pan, looks[0].head.pan);
+  EXPECT_EQ(bench.order.look.tilt, looks[0].head.tilt);
+}
+
+TEST(Mission, DoesNotLookAroundForAnotherGoalWhereAllIsKnown) {
+  MissionConfig config = exploring();
+  config.next_view->least_gain = 100;
+  Bench bench(config);
+  bench.until_walking(kAhead);
+  EXPECT_EQ(bench.mission.views_taken(), 0U);
+  bench.walk_all();
+  ASSERT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
+}
+
+TEST(Mission, LooksAtAllViewpointsAgainWhenItIsHeldUp) {
+  MissionConfig config = exploring();
+  config.next_view->least_gain = 100;  // nothing unseen is worth a look
+  Bench bench(config);
+  bench.boxes = {box(1.5, 1.7, -3, 3, 1.2)};
+  bench.until_walking(kAhead);
+  bench.until_over();
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("no way to the goal"));
+  EXPECT_EQ(bench.mission.views_taken(),
+            config.viewpoints.size() * static_cast<std::size_t>(bench.mission.counters().look_arounds - 1));
+  EXPECT_GE(bench.mission.counters().look_arounds, 2);
 }
 
 TEST(Mission, ArrivesWhenAllIsWalked) {
