@@ -4,11 +4,11 @@
 #include <random>
 #include <vector>
 
-#include <hwy/targets.h>
 #include <opencv2/core/utility.hpp>
 
 #include "bench/cpu_time.h"
 #include "bench/figures.h"
+#include "bench/hold_to_avx2.h"
 #include "vision/dense_covariance.h"
 #include "vision/paper_covariance.h"
 #include "vision/visible_rows.h"
@@ -154,20 +154,11 @@ void visible_rows(benchmark::State& state) {
 }
 BENCHMARK(visible_rows)->Iterations(1)->Unit(benchmark::kMillisecond);
 
-/// Highway's AVX2 kernels, or the best that this processor has below it. Returns the name.
-const char* hold_to_avx2() {
-  constexpr std::int64_t kBeyond = HWY_AVX3 | HWY_AVX3_DL;
-  hwy::DisableTargets(kBeyond);
-  const std::int64_t left = hwy::SupportedTargets();
-  hwy::GetChosenTarget().Update(left);
-  return hwy::TargetName(left & -left);  // the lowest bit is the best target
-}
-
 }  // namespace
 }  // namespace headway
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
-  headway::bench::fact("highway_target", headway::hold_to_avx2());
+  headway::bench::fact("highway_target", headway::bench::hold_to_avx2());
   return headway::bench::run(argc, argv);
 }
