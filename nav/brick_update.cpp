@@ -168,21 +168,14 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent&
                width = hn::GatherIndex(bi, s.bounds->width(), level_i);
     const auto x = hn::BitCast(bi, hn::Shr(a0, level)), y = hn::BitCast(bi, hn::Shr(b0, level));
     const auto at = hn::Add(hn::Add(start, hn::Mul(y, width)), x);
-    const auto steps = [b, bi](auto words) HWY_ATTR { return hn::ConvertTo(b, hn::BitCast(bi, words)); };
-    const auto lower = hn::Set(bu, DepthBounds::kAllSteps);
-    const auto reach = hn::GatherIndex(bu, s.bounds->reach(), at),
-               silence = hn::GatherIndex(bu, s.bounds->silence(), at);
-    const VB front = steps(hn::And(reach, lower)), back = steps(hn::ShiftRight<16>(reach));
-    const VB last_front = steps(hn::Sub(lower, hn::And(silence, lower))),
-             first_hit = steps(hn::Sub(lower, hn::ShiftRight<16>(silence)));
+    const auto found = hn::GatherIndex(bu, s.bounds->words(), at);
+    const VB front = hn::ConvertTo(b, hn::BitCast(bi, hn::And(found, hn::Set(bu, 0xffffU))));
+    const VB back = hn::ConvertTo(b, hn::BitCast(bi, hn::ShiftRight<16>(found)));
 
     const auto unsure = hn::Or(close, too_long);
     const VB step = set_b(1);  // depths are rounded to steps
-    const VB before = hn::Sub(z0, step), behind = hn::Add(z1, step);
-    const auto nothing =
-        hn::Or(hn::Gt(before, back), hn::And(hn::Gt(before, last_front), hn::Lt(behind, first_hit)));
-    dead = hn::Or(dead, hn::AndNot(unsure, nothing));
-    const auto empty = hn::AndNot(hn::Or(unsure, dead), hn::And(inside, hn::Lt(behind, front)));
+    dead = hn::Or(dead, hn::AndNot(unsure, hn::Gt(hn::Sub(z0, step), back)));
+    const auto empty = hn::AndNot(hn::Or(unsure, dead), hn::And(inside, hn::Lt(hn::Add(z1, step), front)));
     result.alive |= bits(hn::Not(dead)) << i;
     result.empty |= bits(empty) << i;
     result.inside |= bits(inside) << i;
@@ -352,6 +345,8 @@ HWY_INLINE V16 evidence(const Sweep& s, const Lookup& a, const Lookup& b) {
   const V16 begin = hn::Add(front, share(way, by_class(s.classes->hit_begin, kind)));
   const auto is_empty = hn::Lt(depth, front);
   const auto is_hit = hn::AndNot(hn::Gt(begin, depth), hn::Lt(depth, back));
+  const V16 miss = hn::IfThenElseZero(is_empty, set16(log_odds::kMiss));
+  if (hn::AllFalse(d16, is_hit)) return miss;
   V16 hit = hn::Sub(set16(log_odds::kHit), by_class(s.classes->short_of_hit, kind));
   if (s.wide) {
     const V16 own_begin = hn::Add(front, share(way, by_class(s.classes->own_begin, kind)));
@@ -359,7 +354,7 @@ HWY_INLINE V16 evidence(const Sweep& s, const Lookup& a, const Lookup& b) {
     const auto own = hn::Not(hn::Or(hn::Gt(own_begin, depth), hn::Gt(depth, own_end)));
     hit = hn::Max(hit, hn::IfThenElseZero(own, set16(s.least_hit)));
   }
-  return hn::Or(hn::IfThenElseZero(is_empty, set16(log_odds::kMiss)), hn::IfThenElseZero(is_hit, hit));
+  return hn::Or(miss, hn::IfThenElseZero(is_hit, hit));
 }
 
 /// Adds evidence to a vector of values.

@@ -269,44 +269,20 @@ HWY_INLINE VU bounds_of_pairs(VU left, VU right) {
 #endif
 }
 
-HWY_INLINE VU front_of(VU word) { return hn::ShiftRight<sample_word::kFrontShift>(word); }
-HWY_INLINE VU back_of(VU word) {
-  return hn::And(hn::ShiftRight<sample_word::kBackShift>(word), hn::Set(du, sample_word::kDepthMask));
+HWY_INLINE VU as_bounds(VU word) {
+  const VU front = hn::ShiftRight<sample_word::kFrontShift>(word);
+  const VU back =
+      hn::And(hn::ShiftRight<sample_word::kBackShift>(word), hn::Set(du, sample_word::kDepthMask));
+  return hn::Or(front, hn::ShiftLeft<16>(back));
 }
 
-HWY_INLINE VU reach_of(VU word) { return hn::Or(front_of(word), hn::ShiftLeft<16>(back_of(word))); }
-
-/// The values of a table by class; of class 0 it holds zero.
-HWY_INLINE VU by_class(const SampleClasses::Table& table, VU kind) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(du, table[hn::GetLane(kind)]);
-#else
-  constexpr hn::Repartition<std::uint8_t, decltype(du)> bytes;
-  return hn::BitCast(du, hn::TableLookupBytes(hn::LoadDup128(bytes, table.data()), hn::BitCast(bytes, kind)));
-#endif
-}
-
-// Where nothing is known there is no hit to begin.
-HWY_INLINE VU silence_of(VU word, const SampleClasses& classes) {
-  const VU all = hn::Set(du, DepthBounds::kAllSteps), front = front_of(word);
-  const VU way = hn::Sub(back_of(word), front);
-  const VU kind = hn::And(word, hn::Set(du, sample_word::kClassMask));
-  const VU begin = hn::Add(front, hn::ShiftRight<8>(hn::Mul(way, by_class(classes.hit_begin, kind))));
-  const auto known = hn::Gt(word, hn::Zero(du));
-  return hn::Or(hn::Sub(all, front), hn::IfThenElseZero(known, hn::ShiftLeft<16>(hn::Sub(all, begin))));
-}
-
-// One row of tiles from two rows of single samples: of their reach or, with `classes`, of their silence.
-// Vectors reach beyond the row's end; whoever calls leaves room for it.
-void tiles_of_samples(const SampleWord* above, const SampleWord* below, const SampleClasses* classes,
-                      int samples, int width, std::uint32_t* out) {
+// One row of tiles from two rows of single samples. Vectors reach beyond the row's end; whoever calls leaves
+// room for it.
+void tiles_of_samples(const SampleWord* above, const SampleWord* below, int samples, int width,
+                      std::uint32_t* out) {
   for (int x = 0; x < width; x += lanes()) {
-    const auto bounds = [&](const SampleWord* row) HWY_ATTR {
-      const VU word = hn::LoadU(du, row);
-      return classes == nullptr ? reach_of(word) : silence_of(word, *classes);
-    };
     const auto at = [&](int i) HWY_ATTR {
-      const VU both = bounds_of(bounds(above + i), bounds(below + i));
+      const VU both = bounds_of(as_bounds(hn::LoadU(du, above + i)), as_bounds(hn::LoadU(du, below + i)));
       const auto inside = hn::FirstN(du, static_cast<std::size_t>(std::max(samples - i, 0)));
       return hn::IfThenElse(inside, both, hn::Set(du, kOutside));
     };
@@ -373,7 +349,7 @@ SampleClasses::SampleClasses(const IntegrationConfig& config) {
   }
 }
 
-void DepthBounds::build(const RingImage<SampleWord>& samples, const SampleClasses& classes) {
+void DepthBounds::build(const RingImage<SampleWord>& samples) {
   constexpr std::size_t kSlack = RingImage<SampleWord>::kSlack;
   int width = samples.width(), height = samples.height(), end = 0;
   for (std::size_t l = 1; l <= kLevels; ++l) {
@@ -384,14 +360,8 @@ void DepthBounds::build(const RingImage<SampleWord>& samples, const SampleClasse
     height_[l] = height;
     end += (width + 1) * (height + 1);
   }
-  for (std::vector<Word>* words : {&tiles_, &reach_, &silence_})
-    words->resize(static_cast<std::size_t>(end) + kSlack);
-  build(samples, nullptr, reach_);
-  build(samples, &classes, silence_);
-}
-
-void DepthBounds::build(const RingImage<SampleWord>& samples, const SampleClasses* classes,
-                        std::vector<Word>& into) {
+  tiles_.resize(static_cast<std::size_t>(end) + kSlack);
+  overlapping_.resize(tiles_.size());
   for (std::size_t l = 1; l <= kLevels; ++l) {
     Word* tiles = tiles_.data() + start_[l];
     const int tiles_across = width_[l] - 1;
@@ -400,7 +370,7 @@ void DepthBounds::build(const RingImage<SampleWord>& samples, const SampleClasse
       if (l == 1) {
         const SampleWord* above = samples.row(2 * y);
         const SampleWord* below = 2 * y + 1 < samples.height() ? samples.row(2 * y + 1) : above;
-        HWY_DYNAMIC_DISPATCH(tiles_of_samples)(above, below, classes, samples.width(), tiles_across, row);
+        HWY_DYNAMIC_DISPATCH(tiles_of_samples)(above, below, samples.width(), tiles_across, row);
       } else {
         const Word* above = tiles_.data() + start_[l - 1] + 2 * y * width_[l - 1];
         HWY_DYNAMIC_DISPATCH(tiles_of_tiles)(above, above + width_[l - 1], tiles_across, row);
@@ -413,15 +383,14 @@ void DepthBounds::build(const RingImage<SampleWord>& samples, const SampleClasse
     for (int y = 0; y < height_[l]; ++y) {
       const Word* row = tiles_.data() + start_[l] + y * width_[l];
       HWY_DYNAMIC_DISPATCH(overlap_bounds)
-      (row, row + width_[l], width_[l], into.data() + start_[l] + y * width_[l]);
+      (row, row + width_[l], width_[l], overlapping_.data() + start_[l] + y * width_[l]);
     }
   }
 }
 
 void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
-                        const SampleClasses& classes, const Eigen::Matrix3d& map_from_camera,
-                        const Eigen::Isometry3d& body_from_camera, const MarkFrame& frame,
-                        VoxelMarks& marks) {
+                        const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera,
+                        const MarkFrame& frame, VoxelMarks& marks) {
   // A voxel at the far end should still be about as wide as a sample.
   const double pixels_per_voxel = view.camera.focal * resolution / view.far;
   const int reduction = pixels_per_voxel >= 4 ? 4 : pixels_per_voxel >= 2 ? 2 : 1;
@@ -462,7 +431,7 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
     farthest_ = std::max(farthest_, row.farthest);
     widest_ = std::max(widest_, row.widest);
   }
-  bounds_.build(words_, classes);
+  bounds_.build(words_);
 }
 
 void RangeSamples::set_camera(const vision::PinholeCamera& camera, int reduction) {

@@ -46,33 +46,25 @@ struct MarkFrame {
   Eigen::Vector3i bricks;  ///< of the map
 };
 
-/// What tiles of 2, 4, 8 ... samples say at the most. Tiles overlap by half, so that one of them covers any
-/// rectangle up to half its size.
+/// Least fronts and greatest backs of tiles of 2, 4, 8 ... samples. Tiles overlap by half, so that one of
+/// them covers any rectangle up to half its size.
 class DepthBounds {
  public:
   static constexpr int kLevels = 8;
-  /// Steps of depth in the lower and in the upper half.
+  /// Front in the lower, back in the upper half.
   using Word = std::uint32_t;
-  /// A word from which steps are taken off: so are the greatest ones found as the least ones are.
-  static constexpr Word kAllSteps = 0xffff;
 
-  void build(const RingImage<SampleWord>& samples, const SampleClasses& classes);
+  void build(const RingImage<SampleWord>& samples);
 
-  /// Tile (x, y) of level l (1 .. kLevels) covers samples from (x, y) << l on, 2 << l of them each way; it
-  /// stands at start()[l] + y * width()[l] + x.
+  /// Tile (x, y) of level l (1 .. kLevels) covers samples from (x, y) << l on, 2 << l of them each way:
+  /// words()[start()[l] + y * width()[l] + x].
+  const Word* words() const { return overlapping_.data(); }
   const std::int32_t* start() const { return start_.data(); }
   const std::int32_t* width() const { return width_.data(); }
-  /// Of each tile the least front (lower half) and the greatest back.
-  const Word* reach() const { return reach_.data(); }
-  /// kAllSteps less the greatest front (lower half), and less the least begin of a hit: between these two
-  /// nothing is learnt.
-  const Word* silence() const { return silence_.data(); }
 
  private:
-  void build(const RingImage<SampleWord>& samples, const SampleClasses* classes, std::vector<Word>& into);
-
   std::array<std::int32_t, kLevels + 1> start_{}, width_{}, height_{};
-  std::vector<Word> tiles_, reach_, silence_;
+  std::vector<Word> tiles_, overlapping_;
 };
 
 class RangeSamples {
@@ -80,8 +72,8 @@ class RangeSamples {
   /// Takes a view in, and marks in `marks` the voxels that the edges of its surfaces lie in. `resolution` is
   /// a voxel's edge [m].
   void take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
-            const SampleClasses& classes, const Eigen::Matrix3d& map_from_camera,
-            const Eigen::Isometry3d& body_from_camera, const MarkFrame& frame, VoxelMarks& marks);
+            const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera,
+            const MarkFrame& frame, VoxelMarks& marks);
 
   /// Of the reduced image: u = focal() X/Z + cx(); sample centres lie at whole numbers.
   const RingImage<SampleWord>& words() const { return words_; }
