@@ -10,7 +10,8 @@ namespace headway::runtime {
 
 /// Writes FILE.part with `write`, waits until the disk has it, and renames it to `file`. Once this returns,
 /// the new state stays through kill -9 and power loss; before, the old one does. One writer at a time. Throws
-/// InputError when it cannot be done, and leaves what was there.
+/// when it cannot be done, and leaves what was there: InputError where the path is wrong (no such folder, or
+/// a folder itself), Error where the machine does not let it be written or has no room for it.
 void write_durably(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
 }  // namespace headway::runtime
