@@ -10,6 +10,7 @@
 #include "app/finite_range.h"
 #include "app/map_file.h"
 #include "app/map_view.h"
+#include "app/output_folder.h"
 #include "app/pictures.h"
 #include "app/plot.h"
 #include "app/report.h"
@@ -206,15 +207,15 @@ cv::Mat turn_picture(const Question& q) {
 
 int run(const Options& options) {
   const Question q = ask(options);
-  make_folder(options.out);
-  write_json(options.out / "report.json", report(q, options));
+  OutputFolder out(options.out, "next-view");
   write_png(strip({{space_picture(q), "what is known; violet: where it borders on unseen space"},
                    {turn_picture(q), "turning the head"},
                    {walk_picture(q), "walking first: the best stances"}}),
-            options.out / "next_view.png");
+            out.file("next_view.png"));
+  out.report(report(q, options));
   const auto looks = best(q, options.most);
   for (const nav::NextLook& look : looks) fmt::print("{}\n", line(look));
-  fmt::print("{}; report.json, next_view.png\n",
+  fmt::print("{}; {}\n", out.list(),
              looks.empty()
                  ? "nothing is left to gain"
                  : fmt::format("{} turns and {} walks are worth it", q.turns.size(), q.walks.size()));
@@ -232,9 +233,7 @@ void add_next_view(CLI::App& app, Run& run_command) {
                    "its floor at z = 0")
       ->required()
       ->type_name("FILE");
-  command->add_option("--out", options->out, "Folder for report.json and next_view.png")
-      ->required()
-      ->type_name("DIR");
+  command->add_option("--out", options->out, kOutHelp)->required()->type_name("DIR");
   command->add_option("--at", options->at, "X,Y[,YAW]: where the robot stands [m, deg]")
       ->delimiter(',')
       ->expected(2, 3)
@@ -264,6 +263,7 @@ void add_next_view(CLI::App& app, Run& run_command) {
       "most it can show. The cost is the time for turning the head, or for walking to free floor and looking "
       "straight\n"
       "ahead there. The best look is the one with the most gain per second.\n"
+      "Writes report.json and next_view.png.\n"
       "Example: headway next-view build/demo/map.bt --at -2.2,0 --out build/next\n"
       "Exit code 0 when a look is worth it, 1 when nothing is left to gain.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
