@@ -102,7 +102,8 @@ TEST(WorldFile, NamesFileLineAndKeyOfEachFault) {
               HasSubstr("w.yaml:7: floor.texture: 'tile' is not a texture"));
   EXPECT_THAT(fault("size: [1, 0.6, 1]", "size: [1, -0.6, 1]"), HasSubstr("w.yaml:9: boxes[0].size"));
   EXPECT_THAT(fault("radius: 0.2", "radius: 0"), HasSubstr("w.yaml:11: cylinders[0].radius"));
-  EXPECT_THAT(fault("radius: 0.2", "radios: 0.2"), HasSubstr("w.yaml:11: cylinders[0]: the key 'radius'"));
+  EXPECT_THAT(fault("radius: 0.2", "radios: 0.2"),
+              HasSubstr("w.yaml:11: cylinders[0].radios: is not a key here, did you mean 'radius'?"));
   EXPECT_THAT(fault("yaw_deg: 30,", "yaw: 30,"), HasSubstr("w.yaml:9: boxes[0].yaw"));
   EXPECT_THAT(fault("robot_walked: 1.5", "robot_walked: 1.5, at_time: 3"),
               HasSubstr("expected one of: at_time"));
