@@ -1,55 +1,46 @@
-// The voxels that single points of one view lie in, so that nothing thinner than a voxel is overlooked.
+// What single points of one view say about their own voxels, so that nothing thinner than a voxel is
+// overlooked.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "nav/brick.h"
+#include "nav/voxel_map.h"
 
 namespace headway::nav {
 
-/// One bit per voxel, in words of 4x4x4 voxels as `in_brick` has them. Memory is kept from view to view.
+/// Marks in the bricks that a view's points lie in; memory is kept from view to view.
 class VoxelMarks {
  public:
-  static constexpr int kWords = 8;  ///< per brick
+  using Mark = std::uint8_t;
+  static constexpr Mark kNone = 0;
+  static constexpr Mark kKeep = 1;  ///< not to be emptied by this view
+  static constexpr Mark kHit = 2;   ///< a measured point lies in it
+  using Brick = std::array<Mark, VoxelMap::kBrickVoxels>;
 
-  /// Forgets all marks. `bricks`: how many there are.
-  void reset(std::size_t bricks) {
-    if (words_.size() != bricks * kWords) {
-      words_.assign(bricks * kWords, 0);
-      marked_.assign(bricks, 0);
-    } else {
-      for (const std::uint32_t brick : bricks_) clear(brick);
-    }
-    bricks_.clear();
-  }
+  /// Forgets all marks.
+  void reset(const VoxelMap& map);
+  /// Marks the voxel of a point given in voxels from the map's lowest corner, unless it holds a higher mark
+  /// or the point lies outside.
+  void mark(const Eigen::Vector3f& point, Mark mark);
 
-  /// Marks a voxel: `place` as in_brick.
-  void mark(std::uint32_t brick, std::uint32_t place) {
-    if (!marked_[brick]) {
-      marked_[brick] = 1;
-      bricks_.push_back(brick);
-    }
-    words_[std::size_t{brick} * kWords + (place >> 6)] |= std::uint64_t{1} << (place & 63);
+  /// The marks of a brick; null when it has none.
+  const Brick* at(std::size_t brick) const {
+    const std::int32_t slot = slots_[brick];
+    return slot < 0 ? nullptr : &pool_[static_cast<std::size_t>(slot)];
   }
-
-  bool any(std::size_t brick) const { return marked_[brick] != 0; }
-  std::uint64_t word(std::size_t brick, int cube) const {
-    return words_[brick * kWords + static_cast<std::size_t>(cube)];
-  }
-  /// Bricks that hold marks, in the order of their first.
-  const std::vector<std::uint32_t>& bricks() const { return bricks_; }
-  /// Forgets the marks of a brick; it stays in `bricks`.
-  void clear(std::size_t brick) {
-    marked_[brick] = 0;
-    for (std::size_t k = 0; k < kWords; ++k) words_[brick * kWords + k] = 0;
-  }
+  /// Bricks that hold marks, in the order of their first mark.
+  const std::vector<std::size_t>& bricks() const { return marked_; }
 
  private:
-  std::vector<std::uint64_t> words_;
-  std::vector<std::uint8_t> marked_;
-  std::vector<std::uint32_t> bricks_;
+  Eigen::Vector3f size_{0, 0, 0};
+  std::size_t row_ = 0, layer_ = 0;  ///< bricks
+  std::vector<std::int32_t> slots_;
+  std::vector<Brick> pool_;
+  std::vector<std::size_t> marked_;
 };
 
 }  // namespace headway::nav
