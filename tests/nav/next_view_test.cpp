@@ -135,7 +135,7 @@ RC_GTEST_PROP(NextView, PutsTheMostGainPerSecondFirstAndLeavesOutWhatIsNotWorthI
     RC_ASSERT(looks[i].gain >= config.least_gain);
     RC_ASSERT(looks[i].seconds ==
               head_seconds(head, looks[i].head, next.viewer().head) + config.look_seconds);
-    RC_ASSERT(i == 0 || looks[i].rate() <= looks[i - 1].rate());
+    RC_ASSERT((i == 0 || looks[i].rate() <= looks[i - 1].rate()));  // the macro would look at both sides
   }
   std::size_t worth = 0;
   for (const HeadAngles& d : next.directions()) worth += gain_of(d) >= config.least_gain;
