@@ -11,31 +11,17 @@
 #include "app/robot_file.h"
 #include "hal/error.h"
 #include "sim_hal/world_file.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
 namespace {
 
+using test::Outcome, test::run_headway;
+
 namespace fs = std::filesystem;
 const fs::path kTree = source_dir();
-
-struct Result {
-  int code = 0;
-  std::string error;
-};
-
-Result headway(const std::vector<std::string>& arguments) {
-  std::vector<const char*> argv{"headway"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
-  Result result;
-  result.code = run_program(static_cast<int>(argv.size()), argv.data());
-  testing::internal::GetCapturedStdout();
-  result.error = testing::internal::GetCapturedStderr();
-  return result;
-}
 
 std::vector<std::string> sim_of(const fs::path& world, const fs::path& out) {
   return {"sim",        world.string(), "--out",
@@ -45,7 +31,7 @@ std::vector<std::string> sim_of(const fs::path& world, const fs::path& out) {
 
 TEST(BadInput, AMissingWorldIsNamed) {
   const TemporaryFolder folder;
-  const Result result = headway(sim_of(folder / "nowhere.yaml", folder / "out"));
+  const Outcome result = run_headway(sim_of(folder / "nowhere.yaml", folder / "out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("nowhere.yaml"), std::string::npos) << result.error;
   EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
@@ -56,7 +42,7 @@ TEST(BadInput, AMalformedWorldIsNamedWithLineAndKey) {
   std::string text = read_text(kTree / "config/worlds/lab.yaml");
   text.replace(text.find("seed:"), 5, "sede:");
   std::ofstream(folder / "lab.yaml") << text;
-  const Result result = headway(sim_of(folder / "lab.yaml", folder / "out"));
+  const Outcome result = run_headway(sim_of(folder / "lab.yaml", folder / "out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("lab.yaml:"), std::string::npos) << result.error;
   EXPECT_NE(result.error.find("sede"), std::string::npos) << result.error;
@@ -70,7 +56,7 @@ TEST(BadInput, AFloorTooLargeForTheMapIsNamedWithItsLine) {
   write_text(folder / "lab.yaml", text);
   const auto line =
       std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(floor), '\n'));
-  const Result result = headway(sim_of(folder / "lab.yaml", folder / "out"));
+  const Outcome result = run_headway(sim_of(folder / "lab.yaml", folder / "out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("lab.yaml:" + line + ": floor.size: "), std::string::npos) << result.error;
   EXPECT_NE(result.error.find("3e8 voxels"), std::string::npos) << result.error;
@@ -81,7 +67,7 @@ TEST(BadInput, AGoalOutsideTheFloorIsRefused) {
   const TemporaryFolder folder;
   auto arguments = sim_of(kTree / "config/worlds/lab.yaml", folder / "out");
   arguments.insert(arguments.end(), {"--goal", "40,2"});
-  const Result result = headway(arguments);
+  const Outcome result = run_headway(arguments);
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("outside"), std::string::npos) << result.error;
 }
@@ -90,7 +76,7 @@ TEST(BadInput, AGoalInAnObstacleIsRefused) {
   const TemporaryFolder folder;
   auto arguments = sim_of(kTree / "config/worlds/moving_box.yaml", folder / "out");
   arguments.insert(arguments.end(), {"--goal", "-0.6,1.65"});
-  const Result result = headway(arguments);
+  const Outcome result = run_headway(arguments);
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("--goal: (-0.60, 1.65) lies in an obstacle (chest)"), std::string::npos)
       << result.error;
@@ -106,7 +92,7 @@ TEST(BadInput, AGoalInAnObstacleOrOffTheFloorIsNamedInItsFile) {
     std::string changed = text;
     changed.replace(changed.find("goal: [1.8, 0]"), 14, goal);
     std::ofstream(folder / "w.yaml") << changed;
-    const Result result = headway(sim_of(folder / "w.yaml", folder / "out"));
+    const Outcome result = run_headway(sim_of(folder / "w.yaml", folder / "out"));
     EXPECT_EQ(result.code, kBadInput);
     EXPECT_NE(result.error.find("w.yaml:6: goal: "), std::string::npos) << result.error;
     EXPECT_NE(result.error.find(complaint), std::string::npos) << result.error;
@@ -119,7 +105,7 @@ TEST(BadInput, NumbersThatAreNoneAreRefused) {
   const auto sim = sim_of(kTree / "config/worlds/lab.yaml", folder / "out");
   const auto with = [](std::vector<std::string> arguments, const std::vector<std::string>& more) {
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return headway(arguments);
+    return run_headway(arguments);
   };
   for (const std::string bad : {"nan", "inf", "-nan"}) {
     EXPECT_EQ(with(sim, {"--longest", bad}).code, kBadInput);
@@ -153,15 +139,15 @@ TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
 
 TEST(BadInput, ACampaignOfNoWorldIsRefused) {
   const TemporaryFolder folder;
-  const Result result =
-      headway({"campaign", "--worlds", "3", "--only", "3", "--out", (folder / "out").string()});
+  const Outcome result =
+      run_headway({"campaign", "--worlds", "3", "--only", "3", "--out", (folder / "out").string()});
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("--only: is 3, expected 0 to 2"), std::string::npos) << result.error;
 }
 
 /// Exit code 2 and one line, of which this is a part.
 testing::AssertionResult refuses(const std::vector<std::string>& arguments, const std::string& part) {
-  const Result result = headway(arguments);
+  const Outcome result = run_headway(arguments);
   if (result.code != kBadInput) return testing::AssertionFailure() << "exit code " << result.code;
   if (!result.error.starts_with("headway: ") || result.error.find('\n') != result.error.size() - 1 ||
       result.error.find(part) == std::string::npos)
@@ -186,21 +172,22 @@ TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
     EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--seed=" + seed}, "sim: --seed"));
     EXPECT_TRUE(refuses({"campaign", "--seed=" + seed}, "campaign: --seed"));
   }
-  EXPECT_EQ(headway({"--help"}).code, kSuccess);
-  EXPECT_EQ(headway({"sim", "--help"}).code, kSuccess);
+  EXPECT_EQ(run_headway({"--help"}).code, kSuccess);
+  EXPECT_EQ(run_headway({"sim", "--help"}).code, kSuccess);
 }
 
 TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {
   const TemporaryFolder folder;
   std::ofstream(folder / "file") << "not a folder";
-  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder / "file/out"));
+  const Outcome result = run_headway(sim_of(kTree / "config/worlds/lab.yaml", folder / "file/out"));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("file"), std::string::npos) << result.error;
 }
 
 TEST(BadInput, AnOutFolderWhoseNameIsTooLongIsNamed) {
   const TemporaryFolder folder;
-  const Result result = headway(sim_of(kTree / "config/worlds/lab.yaml", folder / std::string(300, 'x')));
+  const Outcome result =
+      run_headway(sim_of(kTree / "config/worlds/lab.yaml", folder / std::string(300, 'x')));
   EXPECT_EQ(result.code, kBadInput);
   EXPECT_NE(result.error.find("xxx: cannot be made a folder"), std::string::npos) << result.error;
 }

@@ -10,6 +10,7 @@
 #include "app/drawing.h"
 #include "app/report.h"
 #include "hal/error.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 #include "vision/rig_files.h"
@@ -17,27 +18,14 @@
 namespace headway::app {
 namespace {
 
+using test::Outcome, test::run_headway;
+
 namespace fs = std::filesystem;
 
 /// What is written to this file meets a full disk.
 void make_full(const fs::path& file) {
   fs::create_directories(file.parent_path());
   fs::create_symlink("/dev/full", file);
-}
-
-struct Result {
-  int code = 0;
-  std::string error;
-};
-
-Result headway(const std::vector<std::string>& arguments) {
-  std::vector<const char*> argv{"headway"};
-  for (const auto& argument : arguments) argv.push_back(argument.c_str());
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
-  const int code = run_program(static_cast<int>(argv.size()), argv.data());
-  testing::internal::GetCapturedStdout();
-  return {code, testing::internal::GetCapturedStderr()};
 }
 
 std::vector<std::string> characterise(const fs::path& out) {
@@ -48,7 +36,7 @@ TEST(MachineFault, AFullDiskIsNoticedWhicheverFileMeetsIt) {
   for (const char* name : {"report.json", "field.ply", "field.png"}) {
     const TemporaryFolder folder;
     make_full(folder / "out" / (std::string(name) + ".part"));
-    const Result result = headway(characterise(folder / "out"));
+    const Outcome result = run_headway(characterise(folder / "out"));
     EXPECT_EQ(result.code, kInternal) << name;
     EXPECT_NE(
         result.error.find(std::string(name) + ": cannot be written completely (No space left on device)"),
@@ -76,7 +64,7 @@ TEST(MachineFault, AFullDiskIsNoticedByARigFile) {
 }
 
 TEST(MachineFault, AFolderThatTakesNoFilesIsNamed) {
-  const Result result = headway(characterise("/proc"));  // not even from root
+  const Outcome result = run_headway(characterise("/proc"));  // not even from root
   EXPECT_EQ(result.code, kInternal);
   EXPECT_NE(result.error.find("/proc: cannot be written to"), std::string::npos) << result.error;
   EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";

@@ -13,6 +13,7 @@
 #include "nav/floor_columns.h"
 #include "nav/floor_files.h"
 #include "nav/octomap_files.h"
+#include "tests/app/run_headway.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
@@ -21,22 +22,12 @@ namespace {
 namespace fs = std::filesystem;
 using testing::AllOf, testing::EndsWith, testing::HasSubstr, testing::IsEmpty, testing::Not;
 
-struct Outcome {
-  int code = 0;
-  std::string out, error;
-};
+using test::Outcome;
 
 Outcome convert(const fs::path& in, const fs::path& out, const std::vector<std::string>& more = {}) {
-  const std::string from = in.string(), to = out.string();
-  std::vector<const char*> argv{"headway", "map", "convert", from.c_str(), to.c_str()};
-  for (const std::string& a : more) argv.push_back(a.c_str());
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
-  Outcome outcome;
-  outcome.code = run_program(static_cast<int>(argv.size()), argv.data());
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.error = testing::internal::GetCapturedStderr();
-  return outcome;
+  std::vector<std::string> arguments{"map", "convert", in.string(), out.string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return test::run_headway(arguments);
 }
 
 /// A floor of 3 m by 2 m, free but for a box in the middle and a corner that was not seen.
@@ -70,19 +61,19 @@ TEST_F(MapConvert, KeepsAllThereIsInItsOwnFormatAndOctomaps) {
   const Outcome back = convert(folder_ / "map.hmap", folder_ / "again.ot");
   EXPECT_EQ(back.code, kSuccess);
   EXPECT_TRUE(nav::read_ot(folder_ / "again.ot") == map_);
-  EXPECT_THAT(back.out, AllOf(HasSubstr(" occupied and "), HasSubstr("voxels of 0.05 m"),
-                              EndsWith("again.ot: written\n")));
+  EXPECT_THAT(back.said, AllOf(HasSubstr(" occupied and "), HasSubstr("voxels of 0.05 m"),
+                               EndsWith("again.ot: written\n")));
   EXPECT_THAT(files(), testing::UnorderedElementsAre("map.ot", "map.hmap", "again.ot"));
 }
 
 TEST_F(MapConvert, SaysInOneLineWhatIsLost) {
-  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.bt").out,
+  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.bt").said,
               HasSubstr("map.bt: written, without how sure"));
-  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.ply").out,
+  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.ply").said,
               HasSubstr("map.ply: written, without the empty"));
-  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.pgm").out,
+  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.pgm").said,
               HasSubstr("map.pgm: written, without heights"));
-  EXPECT_THAT(convert(folder_ / "map.bt", folder_ / "again.bt").out, Not(HasSubstr("without")));
+  EXPECT_THAT(convert(folder_ / "map.bt", folder_ / "again.bt").said, Not(HasSubstr("without")));
   std::size_t occupied = 0, points = 0;
   const auto count = [](const nav::ColdMap& map, std::size_t& n) {
     map.for_any([&](const nav::BrickKey&, const nav::BrickValues& values) {
@@ -130,7 +121,7 @@ TEST_F(MapConvert, SaysWhatIsWrong) {
 }
 
 TEST_F(MapConvert, TeachesAndLeavesTheCommandAboveAsItWas) {
-  EXPECT_THAT(convert("--help", "").out,
+  EXPECT_THAT(convert("--help", "").said,
               AllOf(HasSubstr(".hmap"), HasSubstr(".pgm, .yaml"), HasSubstr("Examples:")));
   EXPECT_EQ(convert(folder_ / "map.ot", "").code, kBadInput);
 }
