@@ -89,8 +89,9 @@ TEST_F(Characterise, WritesWhatItNames) {
 TEST_F(Characterise, WritesTheSameBytesTwice) {
   const auto bytes = [&] {
     EXPECT_EQ(run(rig_, {"--out", out()}).code, kSuccess);
+    const nlohmann::json files = report()["files"];
     std::string all;
-    for (const std::string file : report()["files"]) all += read_text(folder_ / "out" / file);
+    for (const std::string file : files) all += read_text(folder_ / "out" / file);
     return all + read_text(folder_ / "out/report.json");
   };
   EXPECT_EQ(bytes(), bytes());
