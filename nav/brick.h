@@ -54,6 +54,13 @@ constexpr VoxelOfBrick voxel_of_brick(int place) {
           (place >> 8 & 1) << 2 | (place >> 4 & 3)};
 }
 
+/// The columns of a cube of 4x4x4 (bit y * 4 + x) in which a voxel's bit is set.
+constexpr std::uint16_t columns_of_cube(std::uint64_t voxels) {
+  voxels |= voxels >> 32;
+  voxels |= voxels >> 16;
+  return static_cast<std::uint16_t>(voxels);
+}
+
 using BrickValues = std::array<LogOdds, kBrickVoxels>;
 
 /// Known about one brick without looking into it.

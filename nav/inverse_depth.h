@@ -2,53 +2,42 @@
 // linear: made smaller and freed of outliers.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
+#include "nav/ring_image.h"
 #include "vision/range_view.h"
 
 namespace headway::nav {
 
-/// Inverse depths and their standard deviations, with a ring of zeros around so that neighbours need no
-/// checks.
-struct InverseDepthImage {
-  static constexpr int kRing = 2;
+/// Inverse depths and their standard deviations [1/m]; 0 where nothing is known.
+struct InverseDepth {
+  RingImage<float> w, sigma;
 
-  int width = 0, height = 0;
-  std::vector<float> w;      ///< [1/m]; 0 where nothing is known
-  std::vector<float> sigma;  ///< [1/m]
-
-  int stride() const { return width + 2 * kRing; }
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y + kRing) * static_cast<std::size_t>(stride()) +
-           static_cast<std::size_t>(x + kRing);
-  }
-  /// All unknown.
-  void reset(int new_width, int new_height) {
-    width = new_width;
-    height = new_height;
-    const std::size_t n = static_cast<std::size_t>(stride()) * static_cast<std::size_t>(height + 2 * kRing);
-    w.assign(n, 0.0F);
-    sigma.assign(n, 0.0F);
+  void reset(int width, int height) {
+    w.reset(width, height);
+    sigma.reset(width, height);
   }
 };
 
-/// Differences of inverse depth up to this lie on one surface: four sigma, or a voxel's edge in depth.
-inline float same_surface(float w, float sigma, float resolution) {
-  return std::max(4 * sigma, resolution * w * w);
-}
+/// Makes views smaller; keeps its memory.
+class DepthReducer {
+ public:
+  /// The view at 1/`reduction` of its size (1, 2 or 4). Of each block of 2x2 pixels that is taken together,
+  /// the mean of the nearest two or more that lie on one surface, so that thin things stay and a lone wrong
+  /// pixel does not. Pixels nearer than the view's near, or with less inlier weight than `least_weight`, are
+  /// unknown. `resolution` is a voxel's edge [m].
+  void reduce(const vision::RangeView& view, float least_weight, float resolution, int reduction,
+              InverseDepth& out);
 
-/// The pixels of a view; none nearer than its near, none with less inlier weight than `least_weight`.
-void invert(const vision::RangeView& view, float least_weight, InverseDepthImage& out);
+ private:
+  InverseDepth halves_;         ///< two rows
+  std::vector<float> nothing_;  ///< the row below an odd last one
+};
 
-/// Halves an image: of each 2x2 block the mean of the nearest two or more that lie on one surface, so that
-/// thin things stay and a lone wrong pixel does not. `resolution` is a voxel's edge [m].
-void halve(const InverseDepthImage& in, float resolution, InverseDepthImage& out);
-
-/// Drops samples with fewer than `supporters` neighbours on the same surface, and takes the others' mean with
-/// those opposite pairs of neighbours that lie on it (a pair keeps the mean of a slope where it is). Returns
-/// how many samples were dropped.
-std::size_t smooth(const InverseDepthImage& in, int supporters, float resolution, InverseDepthImage& out);
+/// The mean of each sample and those of its eight neighbours, `reach` samples away, that lie on the same
+/// surface. Samples with fewer than `supporters` such neighbours are dropped: their number is returned.
+std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, int reach, int supporters,
+                   float resolution, RingImage<float>& out);
 
 }  // namespace headway::nav

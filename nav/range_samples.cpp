@@ -1,160 +1,461 @@
 #include "nav/range_samples.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstring>
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "nav/range_samples.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Everything above HWY_ONCE is compiled once for each instruction set. Only exact operations are used (no
+// approximate reciprocals, no fused sums), so that all of them give the same bytes.
+HWY_BEFORE_NAMESPACE();
+namespace headway::nav {
+
+#ifndef HEADWAY_SAMPLE_ROWS
+#define HEADWAY_SAMPLE_ROWS
+namespace {
+
+constexpr float kTiny = 1e-6F;    // [1/m], less than any inverse depth
+constexpr float kMost = 16383;    // steps of depth
+constexpr float kEdgeSigmas = 3;  // at an edge fewer samples share a mean, and its noise is so much wider
+constexpr float kBeyondCorner = 0.75F;          // samples
+constexpr float kFall = 0.15F;                  // samples
+constexpr float kKept = 1.1F;                   // of a voxel's thickness is kept from being emptied
+constexpr DepthBounds::Word kOutside = 0xffff;  // of the image: says nothing about what lies inside
+
+/// What describing a row of samples needs.
+struct DescribeTask {
+  const RingImage<float>& w;
+  const RingImage<float>& sigma;
+  float focal, cx, cy, far, steps_per_metre;
+  float half_edge;  // of a voxel [m], somewhat more
+  float most_half, resolution, free_sigmas, hit_sigmas;
+  int taps;           // samples between a sample and those that its slope is taken from
+  const float* turn;  // map from camera, row by row
+  const MarkFrame& frame;
+  VoxelMarks& marks;
+};
+
+struct RowCounts {
+  std::size_t used = 0;
+  std::uint32_t farthest = 0, widest = 0;
+};
+
+struct BodyTask {
+  float focal, cx, cy;
+  Eigen::Isometry3f body_from_camera;
+  Eigen::Vector3f lowest, highest;
+};
+
+}  // namespace
+#endif
+
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+constexpr D d;
+constexpr hn::RebindToSigned<D> di;
+constexpr hn::RebindToUnsigned<D> du;
+using VU = hn::Vec<decltype(du)>;
+
+HWY_INLINE int lanes() { return static_cast<int>(hn::Lanes(d)); }
+HWY_INLINE V set(float value) { return hn::Set(d, value); }
+HWY_INLINE V zero() { return hn::Zero(d); }
+
+/// The nearest whole number to 0 <= v < 2^16.
+HWY_INLINE VU whole(V v) {
+  constexpr float kToWhole = 12582912;  // 1.5 * 2^23: the sum's lower bits are the number
+  return hn::And(hn::BitCast(du, hn::Add(v, set(kToWhole))), hn::Set(du, 0xffffU));
+}
+
+/// a x + b y + c z
+HWY_INLINE V dot(const float* row, V x, V y, V z) {
+  return hn::Add(hn::Add(hn::Mul(set(row[0]), x), hn::Mul(set(row[1]), y)), hn::Mul(set(row[2]), z));
+}
+
+HWY_INLINE unsigned bits_of(M mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
+}
+
+/// The slope of inverse depth per sample between two neighbours: central on one surface, to one side at an
+/// edge, level where neither side belongs to the surface.
+HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps) {
+  const V down = hn::Sub(w, before), up = hn::Sub(after, w);
+  const auto has_down = hn::Gt(before, set(kTiny)), has_up = hn::Gt(after, set(kTiny));
+  const V bend = hn::Abs(hn::Sub(up, down));
+  const auto central = hn::And(hn::And(has_down, has_up), hn::Le(bend, hn::Add(tolerance, tolerance)));
+  const V limit = hn::Mul(tolerance, set(taps));
+  const V level_down = hn::IfThenElseZero(hn::And(has_down, hn::Le(hn::Abs(down), limit)), down);
+  const V level_up = hn::IfThenElseZero(hn::And(has_up, hn::Le(hn::Abs(up), limit)), up);
+  const auto use_down = hn::And(has_down, hn::Or(hn::Not(has_up), hn::Le(hn::Abs(down), hn::Abs(up))));
+  const V one_sided = hn::IfThenElse(use_down, level_down, level_up);
+  const V both = hn::Mul(hn::Add(up, down), set(0.5F));
+  return hn::Mul(hn::IfThenElse(central, both, one_sided), set(1 / taps));
+}
+
+/// Marks the voxels of points on rays (x, y, 1) at inverse depth w.
+HWY_INLINE void mark(const DescribeTask& t, V x, V y, V w, M where) {
+  const V z = hn::Div(set(1), hn::Max(w, set(kTiny)));
+  where = hn::And(where, hn::Le(z, set(t.far)));
+  V at[3];
+  for (int k = 0; k < 3; ++k) {
+    const float row[3] = {t.frame.turn(k, 0), t.frame.turn(k, 1), t.frame.turn(k, 2)};
+    at[k] = hn::Add(hn::Mul(dot(row, x, y, set(1)), z), set(t.frame.origin[k]));
+    const auto end = static_cast<float>(t.frame.bricks[k] * kBrickEdge);
+    where = hn::And(where, hn::And(hn::Ge(at[k], zero()), hn::Lt(at[k], set(end))));
+  }
+  unsigned left = bits_of(where);
+  if (left == 0) return;
+  HWY_ALIGN std::int32_t voxel[3][HWY_MAX_BYTES / sizeof(float)];
+  for (int k = 0; k < 3; ++k) hn::Store(hn::ConvertTo(di, hn::IfThenElseZero(where, at[k])), di, voxel[k]);
+  for (; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    const int vx = voxel[0][i], vy = voxel[1][i], vz = voxel[2][i];
+    const int brick = ((vz >> 3) * t.frame.bricks.y() + (vy >> 3)) * t.frame.bricks.x() + (vx >> 3);
+    t.marks.mark(static_cast<std::uint32_t>(brick),
+                 static_cast<std::uint32_t>(in_brick(vx & 7, vy & 7, vz & 7)));
+  }
+}
+
+HWY_INLINE std::uint32_t most_of(VU v) {
+  HWY_ALIGN std::uint32_t lane[HWY_MAX_BYTES / sizeof(float)];
+  hn::Store(v, du, lane);
+  return *std::max_element(lane, lane + lanes());
+}
+
+struct Extremes {
+  V nearest, farthest;
+};
+
+/// Of the eight neighbours' inverse depths.
+HWY_INLINE Extremes around(const float* above, const float* here, const float* below) {
+  const auto at = [](const float* p) HWY_ATTR { return hn::LoadU(d, p); };
+  const V a = at(above - 1), b = at(above), c = at(above + 1), e = at(here - 1), f = at(here + 1),
+          g = at(below - 1), h = at(below), i = at(below + 1);
+  const auto of_all = [](V p, V q, V r, V s, V t, V u, V v, V w, auto better) HWY_ATTR {
+    return better(better(better(p, q), better(r, s)), better(better(t, u), better(v, w)));
+  };
+  return {of_all(a, b, c, e, f, g, h, i, [](V p, V q) HWY_ATTR { return hn::Max(p, q); }),
+          of_all(a, b, c, e, f, g, h, i, [](V p, V q) HWY_ATTR { return hn::Min(p, q); })};
+}
+
+RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
+  RowCounts counts;
+  VU farthest = hn::Zero(du), widest = hn::Zero(du);
+  const int width = t.w.width();
+  const auto taps = static_cast<float>(t.taps);
+  const float *above = t.w.row(y - 1), *here = t.w.row(y), *below = t.w.row(y + 1);
+  const float *up = t.w.row(y - t.taps), *down = t.w.row(y + t.taps), *sigmas = t.sigma.row(y);
+  const V ray_y = set((static_cast<float>(y) - t.cy) / t.focal);
+  for (int x = 0; x < width; x += lanes()) {
+    const V own = hn::LoadU(d, here + x), sigma = hn::LoadU(d, sigmas + x);
+    const auto known = hn::Gt(own, set(kTiny));
+    const V tolerance =
+        hn::Max(hn::Mul(set(4), sigma), hn::Mul(set(t.resolution), hn::Mul(own, own)));  // one surface
+    V slope_u = slope(hn::LoadU(d, here + x - t.taps), own, hn::LoadU(d, here + x + t.taps), tolerance, taps);
+    V slope_v = slope(hn::LoadU(d, up + x), own, hn::LoadU(d, down + x), tolerance, taps);
+    // So steep that the plane would run away within the sample: no surface that a camera measures.
+    const auto steep = hn::Gt(hn::Add(hn::Abs(slope_u), hn::Abs(slope_v)), hn::Mul(own, set(0.5F)));
+    slope_u = hn::IfThenZeroElse(steep, slope_u);
+    slope_v = hn::IfThenZeroElse(steep, slope_v);
+
+    // Beside a nearer surface a sample is taken for a part of that one: what is thinner than a voxel, or
+    // passed by between two samples, is then not emptied.
+    const V lean = hn::Add(hn::Abs(slope_u), hn::Abs(slope_v));
+    const V step = hn::Add(tolerance, lean);
+    const Extremes e = around(above + x, here + x, below + x);
+    const auto beside = hn::And(known, hn::Lt(hn::Add(own, step), e.nearest));
+    const auto edge = hn::And(known, hn::Or(beside, hn::Lt(hn::Add(e.farthest, step), own)));
+    const V w = hn::IfThenElse(beside, e.nearest, own);
+
+    // The plane n.P = 1: its normal is the gradient of w over (x, y, 1). Half the depth of a voxel that it
+    // just touches: |Q - P| along the ray over Z is |n.(Q - P)|, at most |n|_1 half an edge in the map's
+    // axes.
+    const V ray_x = hn::Mul(hn::Sub(hn::Iota(d, static_cast<float>(x)), set(t.cx)), set(1 / t.focal));
+    const V nx = hn::Mul(slope_u, set(t.focal)), ny = hn::Mul(slope_v, set(t.focal));
+    const V nz = hn::Sub(hn::Sub(w, hn::Mul(nx, ray_x)), hn::Mul(ny, ray_y));
+    V size = zero();
+    for (int k = 0; k < 3; ++k) size = hn::Add(size, hn::Abs(dot(t.turn + 3 * k, nx, ny, nz)));
+    const V z = hn::Div(set(1), hn::Max(w, set(kTiny))), zz = hn::Mul(z, z);
+    const V half = hn::Min(hn::Mul(hn::Mul(set(t.half_edge), size), z), set(t.most_half));
+    const V own_sigma = hn::Mul(sigma, zz);
+    const V sigma_z = hn::IfThenElse(edge, hn::Mul(own_sigma, set(kEdgeSigmas)), own_sigma);
+
+    const V lowest = zero(), most = set(t.far), steps = set(t.steps_per_metre);
+    // The surface falls away within the sample; what it may still reach is not emptied.
+    const V fall = hn::Mul(set(kFall), hn::Mul(lean, zz));
+    V front =
+        hn::Sub(hn::Sub(z, hn::Mul(half, set(kKept))), hn::Add(fall, hn::Mul(set(t.free_sigmas), sigma_z)));
+    V back = hn::Add(hn::Add(z, half), hn::Mul(set(t.hit_sigmas), sigma_z));
+    front = hn::Mul(hn::Max(hn::Min(front, most), lowest), steps);
+    back = hn::Mul(hn::Min(back, most), steps);
+    const VU front_steps = whole(hn::Max(hn::Sub(front, set(0.5F)), lowest));
+    const VU back_steps = whole(hn::Min(hn::Add(back, set(0.5F)), set(kMost)));
+    const V wide = hn::Div(hn::Mul(set(SampleClasses::kCount), sigma_z), hn::Add(sigma_z, half));
+    const VU kind = whole(hn::Min(wide, set(SampleClasses::kCount - 1)));
+    VU word = hn::Or(hn::ShiftLeft<sample_word::kFrontShift>(front_steps),
+                     hn::Or(hn::ShiftLeft<sample_word::kBackShift>(back_steps), kind));
+    word = hn::IfThenElseZero(hn::RebindMask(du, known), word);
+    hn::StoreU(word, du, out + x);  // zeros behind the last: nothing is known there
+    farthest = hn::Max(farthest, hn::IfThenElseZero(hn::RebindMask(du, known), back_steps));
+    widest = hn::Max(widest, hn::IfThenElseZero(hn::RebindMask(du, known), kind));
+    counts.used += hn::CountTrue(d, known);
+
+    if (hn::AllFalse(d, edge)) continue;
+    // The sample's corners, and a little beyond where both sides of the edge are measured.
+    const V reach = hn::IfThenElse(hn::Gt(e.farthest, set(kTiny)), set(kBeyondCorner), set(0.5F));
+    const V fall_u = hn::Mul(slope_u, reach), fall_v = hn::Mul(slope_v, reach),
+            aside = hn::Mul(reach, set(1 / t.focal));
+    const V left_x = hn::Sub(ray_x, aside), right_x = hn::Add(ray_x, aside);
+    const V top_y = hn::Sub(ray_y, aside), low_y = hn::Add(ray_y, aside);
+    mark(t, left_x, top_y, hn::Sub(hn::Sub(own, fall_u), fall_v), edge);
+    mark(t, right_x, top_y, hn::Sub(hn::Add(own, fall_u), fall_v), edge);
+    mark(t, left_x, low_y, hn::Add(hn::Sub(own, fall_u), fall_v), edge);
+    mark(t, right_x, low_y, hn::Add(hn::Add(own, fall_u), fall_v), edge);
+  }
+  counts.farthest = most_of(farthest);
+  counts.widest = most_of(widest);
+  return counts;
+}
+
+/// Forgets the samples of a row whose points lie in a box of the body's frame; returns how many.
+std::size_t forget_row(const BodyTask& t, int y, int width, float* row) {
+  std::size_t forgotten = 0;
+  const V ray_y = set((static_cast<float>(y) - t.cy) / t.focal);
+  for (int x = 0; x < width; x += lanes()) {
+    const V w = hn::LoadU(d, row + x);
+    auto own = hn::Gt(w, set(kTiny));
+    const V z = hn::Div(set(1), hn::Max(w, set(kTiny)));
+    const V ray_x = hn::Mul(hn::Sub(hn::Iota(d, static_cast<float>(x)), set(t.cx)), set(1 / t.focal));
+    for (int k = 0; k < 3; ++k) {
+      const float turn[3] = {t.body_from_camera(k, 0), t.body_from_camera(k, 1), t.body_from_camera(k, 2)};
+      const V p = hn::Add(hn::Mul(dot(turn, ray_x, ray_y, set(1)), z), set(t.body_from_camera(k, 3)));
+      own = hn::And(own, hn::And(hn::Ge(p, set(t.lowest[k])), hn::Le(p, set(t.highest[k]))));
+    }
+    forgotten += hn::CountTrue(d, own);
+    hn::StoreU(hn::IfThenZeroElse(own, w), d, row + x);
+  }
+  return forgotten;
+}
+
+/// Lesser fronts (lower halves) and greater backs.
+HWY_INLINE VU bounds_of(VU a, VU b) {
+#if HWY_TARGET == HWY_SCALAR
+  const std::uint32_t p = hn::GetLane(a), q = hn::GetLane(b);
+  return hn::Set(du, std::min(p & 0xffff, q & 0xffff) | std::max(p >> 16, q >> 16) << 16);
+#else
+  constexpr hn::Repartition<std::uint16_t, decltype(du)> half;
+  const auto p = hn::BitCast(half, a), q = hn::BitCast(half, b);
+  return hn::BitCast(du, hn::OddEven(hn::Max(p, q), hn::Min(p, q)));
+#endif
+}
+
+/// Of pairs of neighbours in two vectors.
+HWY_INLINE VU bounds_of_pairs(VU left, VU right) {
+#if HWY_TARGET == HWY_SCALAR
+  return bounds_of(left, right);
+#else
+  return bounds_of(hn::ConcatEven(du, right, left), hn::ConcatOdd(du, right, left));
+#endif
+}
+
+HWY_INLINE VU as_bounds(VU word) {
+  const VU front = hn::ShiftRight<sample_word::kFrontShift>(word);
+  const VU back =
+      hn::And(hn::ShiftRight<sample_word::kBackShift>(word), hn::Set(du, sample_word::kDepthMask));
+  return hn::Or(front, hn::ShiftLeft<16>(back));
+}
+
+// One row of tiles from two rows of single samples. Vectors reach beyond the row's end; whoever calls leaves
+// room for it.
+void tiles_of_samples(const SampleWord* above, const SampleWord* below, int samples, int width,
+                      std::uint32_t* out) {
+  for (int x = 0; x < width; x += lanes()) {
+    const auto at = [&](int i) HWY_ATTR {
+      const VU both = bounds_of(as_bounds(hn::LoadU(du, above + i)), as_bounds(hn::LoadU(du, below + i)));
+      const auto inside = hn::FirstN(du, static_cast<std::size_t>(std::max(samples - i, 0)));
+      return hn::IfThenElse(inside, both, hn::Set(du, kOutside));
+    };
+    const VU left = at(2 * x), right = at(2 * x + lanes());
+    hn::StoreU(bounds_of_pairs(left, right), du, out + x);
+  }
+}
+
+/// The same from two rows of tiles of half the size.
+void tiles_of_tiles(const std::uint32_t* above, const std::uint32_t* below, int width, std::uint32_t* out) {
+  for (int x = 0; x < width; x += lanes()) {
+    const auto at = [&](int i)
+                        HWY_ATTR { return bounds_of(hn::LoadU(du, above + i), hn::LoadU(du, below + i)); };
+    const VU left = at(2 * x), right = at(2 * x + lanes());
+    hn::StoreU(bounds_of_pairs(left, right), du, out + x);
+  }
+}
+
+/// Tiles with their right, lower and lower right neighbours.
+void overlap_bounds(const std::uint32_t* here, const std::uint32_t* below, int width, std::uint32_t* out) {
+  for (int x = 0; x < width; x += lanes()) {
+    const auto at = [&](int i)
+                        HWY_ATTR { return bounds_of(hn::LoadU(du, here + i), hn::LoadU(du, below + i)); };
+    hn::StoreU(bounds_of(at(x), at(x + 1)), du, out + x);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace headway::nav
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace headway::nav {
 namespace {
 
-/// The slope of inverse depth per sample between two neighbours, each `apart` samples away: central on one
-/// surface, to one side at an edge, level where neither side belongs to the surface.
-float slope(float before, float w, float after, float tolerance, float apart) {
-  const float down = w - before, up = after - w;
-  if (before > 0 && after > 0 && std::abs(up - down) <= 2 * tolerance) return (up + down) / (2 * apart);
-  const bool use_down = before > 0 && (after <= 0 || std::abs(down) <= std::abs(up));
-  const float one_sided = use_down ? down : up;
-  const bool on_surface = (use_down ? before : after) > 0 && std::abs(one_sided) <= apart * tolerance;
-  return on_surface ? one_sided / apart : 0;
+HWY_EXPORT(describe_row);
+HWY_EXPORT(forget_row);
+HWY_EXPORT(tiles_of_samples);
+HWY_EXPORT(tiles_of_tiles);
+HWY_EXPORT(overlap_bounds);
+
+// A sample stands for all rays up to half a sample off its own, so its surface is taken for somewhat thicker
+// than a voxel that it just touches.
+constexpr double kThickness = 1.2;
+
+std::uint8_t share(double part, double whole) {
+  return static_cast<std::uint8_t>(std::lround(std::clamp(part / whole, 0.0, 255.0 / 256) * 256));
 }
 
 }  // namespace
 
-void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
-                        const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera) {
-  rejected_ = used_ = 0;
-  reduce(view, static_cast<float>(config.least_weight), resolution);
-  if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
-  rejected_ += smooth(rough_, config.supporters, static_cast<float>(resolution), image_);
-
-  const std::size_t count = static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height);
-  samples_.assign(count, {});
-  edge_.assign(count, 0);
-  tiles_x_ = (image_.width + kTile - 1) / kTile;
-  const int tiles_y = (image_.height + kTile - 1) / kTile;
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  tiles_.assign(static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y), {kInfinity, 0});
-  farthest_ = 0;
-  const Eigen::Matrix3f rotation = map_from_camera.cast<float>();
-  for (int y = 0; y < image_.height; ++y) {
-    for (int x = 0; x < image_.width; ++x) describe(x, y, config, static_cast<float>(resolution), rotation);
+// With q = sigma / half a voxel's depth, class c stands for q = c / (16 - c). From front to back are free
+// sigmas, half a voxel, half a voxel, hit sigmas.
+SampleClasses::SampleClasses(const IntegrationConfig& config) {
+  for (std::size_t c = 0; c < kCount; ++c) {
+    const double q = static_cast<double>(c) / static_cast<double>(kCount - c);
+    const double whole = 2 + (config.free_sigmas + config.hit_sigmas) * q;
+    hit_begin[c] = share((config.free_sigmas - config.hit_sigmas) * q, whole);
+    own_begin[c] = share(config.free_sigmas * q, whole);
+    own_end[c] = share(config.hit_sigmas * q, whole);
+    const double hit = std::max(1.0, std::round(log_odds::kHit / (1 + config.hit_sigmas * q)));
+    short_of_hit[c] = static_cast<std::uint8_t>(log_odds::kHit - static_cast<int>(hit));
   }
-  farthest_ = std::min(farthest_, static_cast<float>(view.far));
 }
 
-void RangeSamples::reduce(const vision::RangeView& view, float least_weight, double resolution) {
-  // A voxel at the far end should still be as wide as a sample.
+void DepthBounds::build(const RingImage<SampleWord>& samples) {
+  constexpr std::size_t kSlack = RingImage<SampleWord>::kSlack;
+  int width = samples.width(), height = samples.height(), end = 0;
+  for (std::size_t l = 1; l <= kLevels; ++l) {
+    width = (width + 1) / 2;
+    height = (height + 1) / 2;
+    start_[l] = end;
+    width_[l] = width + 1;  // one more stands right of the last, and a row below
+    height_[l] = height;
+    end += (width + 1) * (height + 1);
+  }
+  tiles_.resize(static_cast<std::size_t>(end) + kSlack);
+  overlapping_.resize(tiles_.size());
+  for (std::size_t l = 1; l <= kLevels; ++l) {
+    Word* tiles = tiles_.data() + start_[l];
+    const int tiles_across = width_[l] - 1;
+    for (int y = 0; y < height_[l]; ++y) {
+      Word* row = tiles + y * width_[l];
+      if (l == 1) {
+        const SampleWord* above = samples.row(2 * y);
+        const SampleWord* below = 2 * y + 1 < samples.height() ? samples.row(2 * y + 1) : above;
+        HWY_DYNAMIC_DISPATCH(tiles_of_samples)(above, below, samples.width(), tiles_across, row);
+      } else {
+        const Word* above = tiles_.data() + start_[l - 1] + 2 * y * width_[l - 1];
+        HWY_DYNAMIC_DISPATCH(tiles_of_tiles)(above, above + width_[l - 1], tiles_across, row);
+      }
+      row[tiles_across] = kOutside;
+    }
+    std::fill_n(tiles + height_[l] * width_[l], width_[l], kOutside);
+  }
+  for (std::size_t l = 1; l <= kLevels; ++l) {
+    for (int y = 0; y < height_[l]; ++y) {
+      const Word* row = tiles_.data() + start_[l] + y * width_[l];
+      HWY_DYNAMIC_DISPATCH(overlap_bounds)
+      (row, row + width_[l], width_[l], overlapping_.data() + start_[l] + y * width_[l]);
+    }
+  }
+}
+
+void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
+                        const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera,
+                        const MarkFrame& frame, VoxelMarks& marks) {
+  // A voxel at the far end should still be about as wide as a sample.
   const double pixels_per_voxel = view.camera.focal * resolution / view.far;
   const int reduction = pixels_per_voxel >= 4 ? 4 : pixels_per_voxel >= 2 ? 2 : 1;
-  const auto f = static_cast<float>(resolution);
-  if (reduction == 1) {
-    invert(view, least_weight, rough_);
-  } else {
-    invert(view, least_weight, full_);
-    halve(full_, f, reduction == 2 ? rough_ : half_);
-    if (reduction == 4) halve(half_, f, rough_);
+  set_camera(view.camera, reduction);
+  near_ = static_cast<float>(view.near);
+  const auto edge = static_cast<float>(resolution);
+  reducer_.reduce(view, static_cast<float>(config.least_weight), edge, reduction, rough_);
+  rejected_ = used_ = 0;
+  farthest_ = widest_ = 0;
+  if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
+  rejected_ += smooth(rough_.w, rough_.sigma, 1, config.supporters, edge, smooth_);
+  const bool fine = reduction < 4;  // noise of fewer pixels is left in each sample
+  if (fine) rejected_ += smooth(smooth_, rough_.sigma, 2, 0, edge, smoother_);
+
+  const auto far = static_cast<float>(view.far);
+  steps_per_metre_ = kMost / far;
+  const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> turn = map_from_camera.cast<float>();
+  const DescribeTask task{fine ? smoother_ : smooth_,
+                          rough_.sigma,
+                          focal_,
+                          cx_,
+                          cy_,
+                          far,
+                          steps_per_metre_,
+                          static_cast<float>(kThickness * resolution / 2),
+                          static_cast<float>(config.longest_hit * resolution),
+                          edge,
+                          static_cast<float>(config.free_sigmas),
+                          static_cast<float>(config.hit_sigmas),
+                          fine ? 2 : 1,
+                          turn.data(),
+                          frame,
+                          marks};
+  words_.reset(task.w.width(), task.w.height());
+  for (int y = 0; y < words_.height(); ++y) {
+    const RowCounts row = HWY_DYNAMIC_DISPATCH(describe_row)(task, y, words_.row(y));
+    used_ += row.used;
+    farthest_ = std::max(farthest_, row.farthest);
+    widest_ = std::max(widest_, row.widest);
   }
+  bounds_.build(words_);
+}
+
+void RangeSamples::set_camera(const vision::PinholeCamera& camera, int reduction) {
   const double first_centre = (reduction - 1) / 2.0;
-  focal_ = static_cast<float>(view.camera.focal / reduction);
-  cx_ = static_cast<float>((view.camera.cx - first_centre) / reduction);
-  cy_ = static_cast<float>((view.camera.cy - first_centre) / reduction);
-  end_u_ = static_cast<float>(view.camera.width) / static_cast<float>(reduction) - 0.5F;
-  end_v_ = static_cast<float>(view.camera.height) / static_cast<float>(reduction) - 0.5F;
+  focal_ = static_cast<float>(camera.focal / reduction);
+  cx_ = static_cast<float>((camera.cx - first_centre) / reduction);
+  cy_ = static_cast<float>((camera.cy - first_centre) / reduction);
+  end_u_ = static_cast<float>(camera.width) / static_cast<float>(reduction) - 0.5F;
+  end_v_ = static_cast<float>(camera.height) / static_cast<float>(reduction) - 0.5F;
 }
 
 void RangeSamples::forget_own_body(const std::vector<BodyBox>& boxes,
                                    const Eigen::Isometry3d& body_from_camera) {
-  const Eigen::Isometry3f body = body_from_camera.cast<float>();
-  for (int y = 0; y < rough_.height; ++y) {
-    for (int x = 0; x < rough_.width; ++x) {
-      float& w = rough_.w[rough_.index(x, y)];
-      if (w <= 0) continue;
-      const Eigen::Vector3f ray((static_cast<float>(x) - cx_) / focal_,
-                                (static_cast<float>(y) - cy_) / focal_, 1);
-      const Eigen::Vector3d point = (body * Eigen::Vector3f(ray / w)).cast<double>();
-      const bool own = std::any_of(boxes.begin(), boxes.end(), [&](const BodyBox& box) {
-        return (point.array() >= box.lowest.array()).all() && (point.array() <= box.highest.array()).all();
-      });
-      if (!own) continue;
-      w = 0;
-      ++rejected_;
-    }
+  for (const BodyBox& box : boxes) {
+    const BodyTask task{focal_,
+                        cx_,
+                        cy_,
+                        body_from_camera.cast<float>(),
+                        box.lowest.cast<float>(),
+                        box.highest.cast<float>()};
+    for (int y = 0; y < rough_.w.height(); ++y)
+      rejected_ += HWY_DYNAMIC_DISPATCH(forget_row)(task, y, rough_.w.width(), rough_.w.row(y));
   }
-}
-
-void RangeSamples::describe(int x, int y, const IntegrationConfig& config, float resolution,
-                            const Eigen::Matrix3f& map_from_camera) {
-  const std::size_t i = image_.index(x, y);
-  const auto down = static_cast<std::size_t>(image_.stride());
-  const float* image = image_.w.data();
-  const float w = image[i], sigma = image_.sigma[i];
-  RangeSample& s = samples_[sample(x, y)];
-  if (w <= 0) return add_to_tile(x, y, s, w);
-  ++used_;
-  const float tolerance = same_surface(w, sigma, resolution);
-
-  // The plane: its normal is the gradient of w over (x, y, 1). Taps two apart halve the noise where that is
-  // finer than a voxel.
-  float du = slope(image[i - 2], w, image[i + 2], tolerance, 2);
-  float dv = slope(image[i - 2 * down], w, image[i + 2 * down], tolerance, 2);
-  // So steep that the plane would run away within the sample: no surface that a camera measures.
-  if (std::abs(du) + std::abs(dv) > w / 2) du = dv = 0;
-  const Eigen::Vector3f ray((static_cast<float>(x) - cx_) / focal_, (static_cast<float>(y) - cy_) / focal_,
-                            1);
-  Eigen::Vector3f n(du * focal_, dv * focal_, 0);
-  n.z() = w - n.x() * ray.x() - n.y() * ray.y();
-
-  // Half the depth of a voxel that the plane just touches, as a share of Z: |Q - P| along the ray over Z is
-  // |n.(Q - P)|, at most |n|_1 times half an edge in the map's axes.
-  const float half_edge = resolution / 2;
-  const float half_voxel = std::min(half_edge * (map_from_camera * n).lpNorm<1>(),
-                                    static_cast<float>(config.longest_hit) * resolution * w);
-  const float relative_sigma = sigma / w;
-  const float spread = static_cast<float>(config.hit_sigmas) * relative_sigma;
-  s.nx = n.x();
-  s.ny = n.y();
-  s.nz = n.z();
-  s.half = half_voxel + spread;
-  s.free = std::max(0.0F, 1 - half_voxel - static_cast<float>(config.free_sigmas) * relative_sigma);
-  s.hit = std::max(1, static_cast<int>(std::lround(log_odds::kHit * half_voxel / s.half)));
-
-  // Beside a nearer surface only what lies before that one too is surely empty.
-  float nearest = w, farthest = w;
-  for (const std::size_t k :
-       {i - down - 1, i - down, i - down + 1, i - 1, i + 1, i + down - 1, i + down, i + down + 1}) {
-    nearest = std::max(nearest, image[k]);
-    if (image[k] > 0) farthest = std::min(farthest, image[k]);
-  }
-  const float step = tolerance + std::abs(du) + std::abs(dv);
-  if (nearest - w > step) s.free *= w / nearest;
-  edge_[sample(x, y)] = nearest - w > step || w - farthest > step;
-  add_to_tile(x, y, s, w);
-}
-
-void RangeSamples::add_to_tile(int x, int y, const RangeSample& s, float w) {
-  DepthBounds& t = tiles_[tile(x / kTile, y / kTile)];
-  if (w <= 0) {
-    t.free = 0;
-    return;
-  }
-  // A voxel's ray may lie half a sample off the sample's own.
-  const float lean = (std::abs(s.nx) + std::abs(s.ny)) / (2 * focal_);
-  t.free = std::min(t.free, s.free / (w + lean));
-  const float back = (1 + s.half) / (w - lean);
-  t.back = std::max(t.back, back);
-  farthest_ = std::max(farthest_, back);
-}
-
-DepthBounds RangeSamples::bounds(int x0, int y0, int x1, int y1) const {
-  DepthBounds b{std::numeric_limits<float>::infinity(), 0};
-  for (int y = y0 / kTile; y <= y1 / kTile; ++y) {
-    for (int x = x0 / kTile; x <= x1 / kTile; ++x) {
-      const DepthBounds& t = tiles_[tile(x, y)];
-      b.free = std::min(b.free, t.free);
-      b.back = std::max(b.back, t.back);
-    }
-  }
-  return b;
 }
 
 }  // namespace headway::nav
+#endif

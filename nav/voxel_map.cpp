@@ -1,6 +1,7 @@
 #include "nav/voxel_map.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <sstream>
 
@@ -70,7 +71,12 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config) : config_(config) {
   values_.assign(count * kBrickVoxels, log_odds::kUnseen);
   summaries_.assign(count, {});
   floor_seen_.assign(static_cast<std::size_t>(size().x()) * static_cast<std::size_t>(size().y()), kNever);
-  const auto in_band = [&](int z) { return std::abs(centre({0, 0, z}).z()) <= config.floor_band; };
+  find_foot();
+}
+
+void VoxelMap::find_foot() {
+  const auto in_band = [&](int z) { return std::abs(centre({0, 0, z}).z()) <= config_.floor_band; };
+  foot_begin_ = 0;
   while (foot_begin_ < size().z() && !in_band(foot_begin_)) ++foot_begin_;
   foot_end_ = foot_begin_;
   while (foot_end_ < size().z() && in_band(foot_end_)) ++foot_end_;
@@ -83,8 +89,10 @@ void VoxelMap::set(const Index& i, LogOdds value, Time stamp) {
 
 VoxelMap::Index VoxelMap::brick_at(std::size_t brick) const {
   const auto nx = static_cast<std::size_t>(bricks_.x()), ny = static_cast<std::size_t>(bricks_.y());
-  return {static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
-          static_cast<int>(brick / (nx * ny))};
+  const Index on_torus(static_cast<int>(brick % nx), static_cast<int>(brick / nx % ny),
+                       static_cast<int>(brick / (nx * ny)));
+  const Eigen::Array3i at = (on_torus - turned_).array();
+  return (at < 0).select(at + bricks_.array(), at);
 }
 
 void VoxelMap::settle(std::size_t brick, Time stamp) {
@@ -96,9 +104,70 @@ void VoxelMap::settle(std::size_t brick, Time stamp) {
   summaries_[brick] = {static_cast<std::uint16_t>(unseen), static_cast<std::uint16_t>(occupied), stamp};
 }
 
+void VoxelMap::roll_to(const Eigen::Vector3d& centre, BrickStore* store) {
+  const double brick = config_.resolution * kBrickEdge;
+  const Eigen::Array3d n = bricks_.cast<double>(), reach = Eigen::Array3d::Constant(kKeyReach / kBrickEdge);
+  const Index first = (centre.array() / brick - n / 2 + 0.5).floor().max(-reach).min(reach - n).cast<int>();
+  const Index shift = first - first_key_ / kBrickEdge;
+  if (shift.isZero()) return;
+  for_each_outside(-shift, [&](const Index& at) { leave(at, store); });
+  first_key_ = kBrickEdge * first;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int size = bricks_[axis];
+    turned_[axis] = ((turned_[axis] + shift[axis]) % size + size) % size;
+  }
+  find_foot();
+  for_each_outside(shift, [&](const Index& at) { enter(at, store); });
+}
+
+template <class Visit>
+void VoxelMap::for_each_outside(const Index& shift, const Visit& visit) const {
+  const auto inside = [&](int at, int axis) {
+    return at + shift[axis] >= 0 && at + shift[axis] < bricks_[axis];
+  };
+  for (int z = 0; z < bricks_.z(); ++z)
+    for (int y = 0; y < bricks_.y(); ++y)
+      for (int x = 0; x < bricks_.x(); ++x)
+        if (!(inside(x, 0) && inside(y, 1) && inside(z, 2))) visit(Index(x, y, z));
+}
+
+void VoxelMap::leave(const Index& at, BrickStore* store) {
+  const std::size_t brick = brick_index(at);
+  std::fill_n(floor_seen_.begin() + static_cast<std::ptrdiff_t>(columns_of(at)), kColumns, kNever);
+  if (summaries_[brick].unseen == kBrickVoxels) return;
+  if (store != nullptr) store->keep(key(at), values(brick), summaries_[brick]);
+  std::ranges::fill(edit(brick), log_odds::kUnseen);
+  summaries_[brick] = {};
+}
+
+void VoxelMap::enter(const Index& at, BrickStore* store) {
+  const std::size_t brick = brick_index(at);
+  if (store == nullptr || !store->give_back(key(at), edit(brick), summaries_[brick])) return;
+  // When the foot of a column was last observed is not kept; at the latest change of its brick, it was.
+  for (int cube = 0; cube < 8; ++cube) {
+    std::uint64_t known = 0;
+    for (int i = 0; i < 64; ++i) {
+      const int layer = kBrickEdge * at.z() + voxel_of_brick(64 * cube + i).z;
+      const bool foot = layer >= foot_begin_ && layer < foot_end_;
+      const LogOdds value = values(brick)[static_cast<std::size_t>(64 * cube + i)];
+      if (foot && value != log_odds::kUnseen) known |= std::uint64_t{1} << i;
+    }
+    see_columns(at, cube & 3, columns_of_cube(known), summaries_[brick].changed);
+  }
+}
+
 Time VoxelMap::floor_seen_at(int x, int y) const {
   const Index n = size();
   return x >= 0 && y >= 0 && x < n.x() && y < n.y() ? floor_seen_[column(x, y)] : kNever;
+}
+
+void VoxelMap::see_columns(const Index& brick, int quarter, std::uint16_t columns, Time stamp) {
+  Time* seen = floor_seen_.data() + columns_of(brick) + 16 * quarter;
+  if (columns == 0xffff) {
+    std::fill_n(seen, 16, stamp);
+    return;
+  }
+  for (unsigned left = columns; left != 0; left &= left - 1) seen[std::countr_zero(left)] = stamp;
 }
 
 }  // namespace headway::nav

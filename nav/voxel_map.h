@@ -1,8 +1,8 @@
 // What is known of the space around the robot: each voxel is unseen, empty or occupied.
 //
-// Log-odds in one byte, in bricks of 8x8x8 that fill a fixed box; everything is allocated at construction.
-// Voxel boundaries lie at multiples of the resolution and brick boundaries at multiples of eight voxels, as
-// OctoMap's keys do: a brick is one node of depth 13 of an octree of the same resolution.
+// Log-odds in one byte, in bricks of 8x8x8 that fill a box; everything is allocated at construction. The box
+// is a window that can follow the robot: bricks are addressed as on a torus, so that those that stay are not
+// touched, and those that leave make room for those that enter.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,7 @@
 
 #include "hal/time.h"
 #include "nav/brick.h"
+#include "nav/brick_store.h"
 
 namespace headway::nav {
 
@@ -24,7 +25,8 @@ constexpr Voxel voxel_of(LogOdds value) {
   return value >= log_odds::kOccupied ? Voxel::kOccupied : Voxel::kEmpty;
 }
 
-/// A box in the map frame (z = 0 is the floor). It grows outward to whole bricks.
+/// A box in the map frame (z = 0 is the floor), where the window is at first. It grows outward to whole
+/// bricks.
 struct VoxelMapConfig {
   double resolution = 0.05;                  ///< edge of a voxel [m]
   Eigen::Vector3d lowest{-4.0, -4.0, -0.4};  ///< corner of the box [m]
@@ -40,7 +42,7 @@ class VoxelMap {
  public:
   static constexpr int kBrickEdge = nav::kBrickEdge;
   static constexpr int kBrickVoxels = nav::kBrickVoxels;
-  using Index = Eigen::Vector3i;  ///< voxel coordinates, (0, 0, 0) at the box's lowest corner
+  using Index = Eigen::Vector3i;  ///< voxel coordinates, (0, 0, 0) at the window's lowest corner
 
   /// All unseen. Throws InputError as VoxelMapConfig::validate.
   explicit VoxelMap(const VoxelMapConfig& config);
@@ -75,16 +77,25 @@ class VoxelMap {
   /// Integrator.
   void set(const Index& i, LogOdds value, Time stamp);
 
-  // Bricks, for code that goes through the whole map. Brick b = (bz * bricks().y() + by) * bricks().x() + bx.
+  /// Moves the window by whole bricks so that `centre` [m] lies in its middle, as far as OctoMap's keys
+  /// reach. Bricks that leave and of which something is known go to `store`, and bricks that enter come from
+  /// it; without one they are forgotten, and unseen. Voxel indices mean other places afterwards.
+  void roll_to(const Eigen::Vector3d& centre, BrickStore* store);
+
+  // Bricks, for code that goes through the whole map. They have numbers 0 .. brick_count() - 1, which stay
+  // theirs as long as they are in the window, and coordinates, (0, 0, 0) at the window's lowest corner.
   const Index& bricks() const { return bricks_; }
   std::size_t brick_count() const { return summaries_.size(); }
   std::size_t brick_index(const Index& brick) const {
-    return (static_cast<std::size_t>(brick.z()) * static_cast<std::size_t>(bricks_.y()) +
-            static_cast<std::size_t>(brick.y())) *
+    return (wrapped(brick, 2) * static_cast<std::size_t>(bricks_.y()) + wrapped(brick, 1)) *
                static_cast<std::size_t>(bricks_.x()) +
-           static_cast<std::size_t>(brick.x());
+           wrapped(brick, 0);
   }
   Index brick_at(std::size_t brick) const;
+  BrickKey key(const Index& brick) const {
+    const Index k = first_key_ / kBrickEdge + brick;
+    return {k.x(), k.y(), k.z()};
+  }
   const BrickSummary& summary(std::size_t brick) const { return summaries_[brick]; }
   /// The 512 values of a brick; voxel (x, y, z) of it, each 0..7, at `in_brick`.
   std::span<const LogOdds, kBrickVoxels> values(std::size_t brick) const {
@@ -98,12 +109,22 @@ class VoxelMap {
   }
   /// Counts the brick again after an edit and stamps it.
   void settle(std::size_t brick, Time stamp);
+  /// The same when it is known by how much the counts changed.
+  void count_change(std::size_t brick, int unseen, int occupied, Time stamp) {
+    BrickSummary& s = summaries_[brick];
+    s.unseen = static_cast<std::uint16_t>(s.unseen + unseen);
+    s.occupied = static_cast<std::uint16_t>(s.occupied + occupied);
+    s.changed = stamp;
+  }
 
   /// When the foot of column (x, y) was last observed: the floor there, or what stands on it. kNever before,
   /// and outside the box.
   Time floor_seen_at(int x, int y) const;
   /// Notes an observation of a column of the box.
   void see_floor(int x, int y, Time stamp) { floor_seen_[column(x, y)] = stamp; }
+  /// The same of columns of a brick's quarter (0..3: y >= 4, x >= 4 in binary): those whose bit y * 4 + x is
+  /// set.
+  void see_columns(const Index& brick, int quarter, std::uint16_t columns, Time stamp);
   /// Voxel layers [first, last) whose centres lie within the floor band.
   int foot_begin() const { return foot_begin_; }
   int foot_end() const { return foot_end_; }
@@ -113,17 +134,34 @@ class VoxelMap {
     return brick_index({i.x() >> 3, i.y() >> 3, i.z() >> 3}) * kBrickVoxels +
            static_cast<std::size_t>(in_brick(i.x() & 7, i.y() & 7, i.z() & 7));
   }
-  std::size_t column(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(kBrickEdge * bricks_.x()) +
-           static_cast<std::size_t>(x);
+  /// A brick's coordinate along an axis on the torus.
+  std::size_t wrapped(const Index& brick, int axis) const {
+    const int at = brick[axis] + turned_[axis];
+    return static_cast<std::size_t>(at < bricks_[axis] ? at : at - bricks_[axis]);
   }
+  /// The first of the 64 columns of a brick.
+  std::size_t columns_of(const Index& brick) const {
+    return (wrapped(brick, 1) * static_cast<std::size_t>(bricks_.x()) + wrapped(brick, 0)) * kColumns;
+  }
+  std::size_t column(int x, int y) const {
+    const int quarter = (y >> 2 & 1) << 1 | (x >> 2 & 1);
+    return columns_of({x >> 3, y >> 3, 0}) + static_cast<std::size_t>(quarter << 4 | (y & 3) << 2 | (x & 3));
+  }
+  void find_foot();
+  template <class Visit>
+  void for_each_outside(const Index& shift, const Visit& visit) const;
+  void leave(const Index& at, BrickStore* store);
+  void enter(const Index& at, BrickStore* store);
+
+  static constexpr std::size_t kColumns = 64;  ///< of a brick, by quarters
 
   VoxelMapConfig config_;
   Index first_key_, bricks_;
+  Index turned_ = Index::Zero();  ///< of the torus [bricks]
   int foot_begin_ = 0, foot_end_ = 0;
   std::vector<LogOdds> values_;
   std::vector<BrickSummary> summaries_;
-  std::vector<Time> floor_seen_;  ///< row-major, one per column of voxels
+  std::vector<Time> floor_seen_;  ///< of columns of voxels
 };
 
 }  // namespace headway::nav

@@ -1,46 +1,55 @@
-// What single points of one view say about their own voxels, so that nothing thinner than a voxel is
-// overlooked.
+// The voxels that single points of one view lie in, so that nothing thinner than a voxel is overlooked.
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "nav/voxel_map.h"
+#include "nav/brick.h"
 
 namespace headway::nav {
 
-/// Marks in the bricks that a view's points lie in; memory is kept from view to view.
+/// One bit per voxel, in words of 4x4x4 voxels as `in_brick` has them. Memory is kept from view to view.
 class VoxelMarks {
  public:
-  using Mark = std::uint8_t;
-  static constexpr Mark kNone = 0;
-  static constexpr Mark kKeep = 1;  ///< not to be emptied by this view
-  static constexpr Mark kHit = 2;   ///< a measured point lies in it
-  using Brick = std::array<Mark, VoxelMap::kBrickVoxels>;
+  static constexpr int kWords = 8;  ///< per brick
 
-  /// Forgets all marks.
-  void reset(const VoxelMap& map);
-  /// Marks the voxel of a point given in voxels from the map's lowest corner, unless it holds a higher mark
-  /// or the point lies outside.
-  void mark(const Eigen::Vector3f& point, Mark mark);
-
-  /// The marks of a brick; null when it has none.
-  const Brick* at(std::size_t brick) const {
-    const std::int32_t slot = slots_[brick];
-    return slot < 0 ? nullptr : &pool_[static_cast<std::size_t>(slot)];
+  /// Forgets all marks. `bricks`: how many there are.
+  void reset(std::size_t bricks) {
+    if (words_.size() != bricks * kWords) {
+      words_.assign(bricks * kWords, 0);
+      marked_.assign(bricks, 0);
+    } else {
+      for (const std::uint32_t brick : bricks_) clear(brick);
+    }
+    bricks_.clear();
   }
-  /// Bricks that hold marks, in the order of their first mark.
-  const std::vector<std::size_t>& bricks() const { return marked_; }
+
+  /// Marks a voxel: `place` as in_brick.
+  void mark(std::uint32_t brick, std::uint32_t place) {
+    if (!marked_[brick]) {
+      marked_[brick] = 1;
+      bricks_.push_back(brick);
+    }
+    words_[std::size_t{brick} * kWords + (place >> 6)] |= std::uint64_t{1} << (place & 63);
+  }
+
+  bool any(std::size_t brick) const { return marked_[brick] != 0; }
+  std::uint64_t word(std::size_t brick, int cube) const {
+    return words_[brick * kWords + static_cast<std::size_t>(cube)];
+  }
+  /// Bricks that hold marks, in the order of their first.
+  const std::vector<std::uint32_t>& bricks() const { return bricks_; }
+  /// Forgets the marks of a brick; it stays in `bricks`.
+  void clear(std::size_t brick) {
+    marked_[brick] = 0;
+    for (std::size_t k = 0; k < kWords; ++k) words_[brick * kWords + k] = 0;
+  }
 
  private:
-  Eigen::Vector3f size_{0, 0, 0};
-  std::size_t row_ = 0, layer_ = 0;  ///< bricks
-  std::vector<std::int32_t> slots_;
-  std::vector<Brick> pool_;
-  std::vector<std::size_t> marked_;
+  std::vector<std::uint64_t> words_;
+  std::vector<std::uint8_t> marked_;
+  std::vector<std::uint32_t> bricks_;
 };
 
 }  // namespace headway::nav

@@ -1,0 +1,106 @@
+// Which boxes of voxels a view settles as a whole: those that learn nothing, and those that are all empty.
+//
+// Compiled once for each instruction set (see Highway's foreach_target), hence no ordinary include guard.
+#if defined(HEADWAY_BOX_CLASSES_TOGGLE) == defined(HWY_TARGET_TOGGLE)
+#ifdef HEADWAY_BOX_CLASSES_TOGGLE
+#undef HEADWAY_BOX_CLASSES_TOGGLE
+#else
+#define HEADWAY_BOX_CLASSES_TOGGLE
+#endif
+
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "nav/brick_sweep.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace headway::nav::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Eight boxes at once, by bounds that hold for each of their voxels.
+HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent& half) {
+  using B = hn::CappedTag<float, kBoxes>;
+  constexpr B b;
+  constexpr hn::RebindToSigned<B> bi;
+  constexpr hn::RebindToUnsigned<B> bu;
+  using VB = hn::Vec<B>;
+  const auto set_b = [b](float value) HWY_ATTR { return hn::Set(b, value); };
+  const auto bits = [b](auto mask) HWY_ATTR {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(b, mask, bytes);
+    return static_cast<unsigned>(bytes[0]);
+  };
+  constexpr float kRounding = 0.01F;  // samples; more than rounding moves any projection
+  BoxClasses result;
+  for (int i = 0; i < kBoxes; i += static_cast<int>(hn::Lanes(b))) {
+    const VB z = hn::Load(b, boxes.z + i), u = hn::Load(b, boxes.u + i), v = hn::Load(b, boxes.v + i);
+    const VB z0 = hn::Sub(z, set_b(half.z)), z1 = hn::Add(z, set_b(half.z));
+    const auto close = hn::Le(z0, set_b(s.near + 1));
+    auto dead = hn::Or(hn::Lt(z1, set_b(s.near - 1)), hn::Gt(z0, set_b(s.far + 1)));
+    const VB q0 = hn::Div(set_b(1), hn::Max(z0, set_b(1))), q1 = hn::Div(set_b(1), hn::Max(z1, set_b(1)));
+    // The extremes of X/Z lie at the corners of the box around the box.
+    const auto low_end = [&](VB x, float reach, float offset) HWY_ATTR {
+      const VB low = hn::Sub(x, set_b(reach));
+      return hn::Add(hn::Mul(low, hn::IfThenElse(hn::Lt(low, hn::Zero(b)), q0, q1)),
+                     set_b(offset - kRounding));
+    };
+    const auto high_end = [&](VB x, float reach, float offset) HWY_ATTR {
+      const VB high = hn::Add(x, set_b(reach));
+      return hn::Add(hn::Mul(high, hn::IfThenElse(hn::Lt(high, hn::Zero(b)), q1, q0)),
+                     set_b(offset + kRounding));
+    };
+    const VB u0 = low_end(u, half.u, s.cx), u1 = high_end(u, half.u, s.cx);
+    const VB v0 = low_end(v, half.v, s.cy), v1 = high_end(v, half.v, s.cy);
+    const VB low = set_b(-0.5F);
+    const auto outside = hn::Or(hn::Or(hn::Lt(u1, low), hn::Lt(v1, low)),
+                                hn::Or(hn::Ge(u0, set_b(s.end_u)), hn::Ge(v0, set_b(s.end_v))));
+    const VB inset = hn::Sub(hn::Mul(set_b(s.half_voxel), q0), set_b(0.5F - kRounding));
+    const VB right = hn::Sub(set_b(s.end_u - 0.5F), inset), bottom = hn::Sub(set_b(s.end_v - 0.5F), inset);
+    auto inside = hn::And(hn::And(hn::Ge(u0, inset), hn::Ge(v0, inset)),
+                          hn::And(hn::Lt(u1, right), hn::Lt(v1, bottom)));
+    inside = hn::And(hn::AndNot(close, inside), hn::Lt(z1, set_b(kMostSteps - 2)));
+    dead = hn::Or(dead, hn::AndNot(close, outside));
+
+    const auto cell = [b, bu](VB x, int size) HWY_ATTR {
+      const VB within = hn::Min(hn::Max(x, hn::Zero(b)), hn::Set(b, static_cast<float>(size - 1)));
+      return hn::BitCast(bu, hn::NearestInt(within));
+    };
+    const auto a0 = cell(u0, s.width), a1 = cell(u1, s.width), b0 = cell(v0, s.height),
+               b1 = cell(v1, s.height);
+    const auto two = hn::Set(bu, 2U), one = hn::Set(bu, 1U);
+    const auto span = hn::Max(hn::Max(hn::Sub(a1, a0), hn::Sub(b1, b0)), two);
+    // The level whose tiles are as long as the span, rounded up to a power of two: from a float's exponent.
+    const VB longest = hn::ConvertTo(b, hn::BitCast(bi, hn::Sub(span, one)));
+    auto level = hn::Sub(hn::ShiftRight<23>(hn::BitCast(bu, longest)), hn::Set(bu, 126U));
+    const auto most = hn::Set(bu, static_cast<std::uint32_t>(DepthBounds::kLevels));
+    const auto too_long = hn::RebindMask(b, hn::Gt(level, most));
+    level = hn::Min(level, most);
+    const auto level_i = hn::BitCast(bi, level);
+    const auto start = hn::GatherIndex(bi, s.bounds->start(), level_i),
+               width = hn::GatherIndex(bi, s.bounds->width(), level_i);
+    const auto x = hn::BitCast(bi, hn::Shr(a0, level)), y = hn::BitCast(bi, hn::Shr(b0, level));
+    const auto at = hn::Add(hn::Add(start, hn::Mul(y, width)), x);
+    const auto found = hn::GatherIndex(bu, s.bounds->words(), at);
+    const VB front = hn::ConvertTo(b, hn::BitCast(bi, hn::And(found, hn::Set(bu, 0xffffU))));
+    const VB back = hn::ConvertTo(b, hn::BitCast(bi, hn::ShiftRight<16>(found)));
+
+    const auto unsure = hn::Or(close, too_long);
+    const VB step = set_b(1);  // depths are rounded to steps
+    dead = hn::Or(dead, hn::AndNot(unsure, hn::Gt(hn::Sub(z0, step), back)));
+    const auto empty = hn::AndNot(hn::Or(unsure, dead), hn::And(inside, hn::Lt(hn::Add(z1, step), front)));
+    result.alive |= bits(hn::Not(dead)) << i;
+    result.empty |= bits(empty) << i;
+    result.inside |= bits(inside) << i;
+  }
+  constexpr unsigned kAll = (1U << kBoxes) - 1;
+  return {result.alive & kAll, result.empty & kAll, result.inside & kAll};
+}
+
+}  // namespace
+}  // namespace headway::nav::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
