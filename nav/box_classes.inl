@@ -61,7 +61,7 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent&
     const VB right = hn::Sub(set_b(s.end_u - 0.5F), inset), bottom = hn::Sub(set_b(s.end_v - 0.5F), inset);
     auto inside = hn::And(hn::And(hn::Ge(u0, inset), hn::Ge(v0, inset)),
                           hn::And(hn::Lt(u1, right), hn::Lt(v1, bottom)));
-    inside = hn::And(hn::AndNot(close, inside), hn::Lt(z1, set_b(kMostSteps - 2)));
+    inside = hn::And(hn::AndNot(close, inside), hn::Le(z1, set_b(s.far - 1)));
     dead = hn::Or(dead, hn::AndNot(close, outside));
 
     const auto cell = [b, bu](VB x, int size) HWY_ATTR {

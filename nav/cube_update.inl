@@ -35,6 +35,7 @@ HWY_INLINE V set(float value) { return hn::Set(d, value); }
 struct Lookup {
   VI depth;
   VU word;
+  VI whole;  // zero where the voxel may reach over the image's border, else all ones
 };
 
 /// Where the voxels of a cube lie from its first: column by column (x), in each of them row by row.
@@ -59,13 +60,17 @@ HWY_INLINE Lookup look_up(const Sweep& s, const VoxelOffsets& offsets, const Pla
   const V inverse = hn::Div(set(1), z);
   V x = hn::Add(hn::Mul(hn::Add(set(first.u), hn::LoadU(d, offsets.u + offset)), inverse), set(s.cx));
   V y = hn::Add(hn::Mul(hn::Add(set(first.v), hn::LoadU(d, offsets.v + offset)), inverse), set(s.cy));
+  VI whole = hn::Set(di, -1);
   if (!kInside) {
-    // A voxel that may reach over the image's border says nothing: what stands in its other part is not seen.
+    const auto lies_within = [&](V low, V right, V bottom) HWY_ATTR {
+      return hn::And(hn::And(hn::Ge(x, low), hn::Ge(y, low)), hn::And(hn::Lt(x, right), hn::Lt(y, bottom)));
+    };
+    const auto seen = hn::And(hn::And(hn::Ge(z, set(s.near)), hn::Le(z, set(s.far))),
+                              lies_within(set(-0.5F), set(s.end_u), set(s.end_v)));
+    // Half a voxel from the border; the view says nothing of what stands in a voxel's part beyond it.
     const V inset = hn::Sub(hn::Mul(set(s.half_voxel), inverse), set(0.5F));
-    auto seen = hn::And(hn::Ge(z, set(s.near)), hn::Le(z, set(s.far)));
-    seen = hn::And(seen, hn::And(hn::Ge(x, inset), hn::Ge(y, inset)));
-    seen = hn::And(seen, hn::And(hn::Lt(hn::Add(x, inset), set(s.end_u - 0.5F)),
-                                 hn::Lt(hn::Add(y, inset), set(s.end_v - 0.5F))));
+    whole = hn::VecFromMask(di, hn::RebindMask(di, lies_within(inset, hn::Sub(set(s.end_u - 0.5F), inset),
+                                                               hn::Sub(set(s.end_v - 0.5F), inset))));
     x = hn::IfThenElseZero(seen, x);
     y = hn::IfThenElseZero(seen, y);
     z = hn::IfThenElse(seen, z, set(kMostSteps));
@@ -73,7 +78,7 @@ HWY_INLINE Lookup look_up(const Sweep& s, const VoxelOffsets& offsets, const Pla
   const VI row = hn::BitCast(di, hn::Add(y, set(kToWhole + kRing))),
            column = hn::BitCast(di, hn::Add(x, set(kToWhole + kRing)));
   const VI at = hn::Add(hn::Add(hn::Mul(row, hn::Set(di, s.stride)), column), hn::Set(di, s.first_word));
-  return {hn::BitCast(di, hn::Add(z, set(kToWhole))), hn::GatherIndex(du, s.words, at)};
+  return {hn::BitCast(di, hn::Add(z, set(kToWhole))), hn::GatherIndex(du, s.words, at), whole};
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -123,6 +128,7 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
     const Lookup found = look_up<kInside>(s, offsets, first, kRows * (i & 3) + (i >> 2));
     const int depth = hn::GetLane(found.depth) & 0xffff;
     int e = evidence(s, depth, hn::GetLane(found.word));
+    if (!kInside && hn::GetLane(found.whole) == 0) e = std::max(e, 0);
     if (marks >> i & 1) e = std::max<int>(e, s.least_hit);
     bits.hits |= static_cast<std::uint64_t>(e > 0) << i;
     bits.misses |= static_cast<std::uint64_t>(e < 0) << i;
@@ -180,6 +186,7 @@ HWY_INLINE V16 share(V16 way, V16 part) {
 }
 
 /// What voxels learn: two vectors of voxels against the samples that they project to.
+template <bool kInside>
 HWY_INLINE V16 evidence(const Sweep& s, const Lookup& a, const Lookup& b) {
   using namespace sample_word;
   const V16 depth = deal(a.depth, b.depth);
@@ -193,7 +200,8 @@ HWY_INLINE V16 evidence(const Sweep& s, const Lookup& a, const Lookup& b) {
   const V16 begin = hn::Add(front, share(way, by_class(s.classes->hit_begin, kind)));
   const auto is_empty = hn::Lt(depth, front);
   const auto is_hit = hn::AndNot(hn::Gt(begin, depth), hn::Lt(depth, back));
-  const V16 miss = hn::IfThenElseZero(is_empty, set16(log_odds::kMiss));
+  V16 miss = hn::IfThenElseZero(is_empty, set16(log_odds::kMiss));
+  if (!kInside) miss = hn::And(miss, deal(a.whole, b.whole));
   if (hn::AllFalse(d16, is_hit)) return miss;
   V16 hit = hn::Sub(set16(log_odds::kHit), by_class(s.classes->short_of_hit, kind));
   if (s.wide) {
@@ -242,7 +250,7 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
                  c1 = look_up<kInside>(s, offsets, first, row + kRows),
                  c2 = look_up<kInside>(s, offsets, first, row + 2 * kRows),
                  c3 = look_up<kInside>(s, offsets, first, row + 3 * kRows);
-    const V16 even = evidence(s, c0, c2), odd = evidence(s, c1, c3);
+    const V16 even = evidence<kInside>(s, c0, c2), odd = evidence<kInside>(s, c1, c3);
     V8 e = hn::OddEven(hn::BitCast(d8, hn::ShiftLeft<8>(odd)), hn::BitCast(d8, even));
     if (marks != 0) {
       e = hn::IfThenElse(mask_of(marks >> i), hn::Max(e, set8(s.least_hit)), e);

@@ -20,6 +20,7 @@ constexpr float kTiny = 1e-6F;  // [1/m], less than any inverse depth
 
 // Values of one pixel differ by the noise of two, so that pixels of a block may lie farther apart than means.
 constexpr float kPixelSigmas = 7, kMeanSigmas = 4;
+constexpr float kShared = 9;  // samples of one mean, away from edges
 
 struct PixelRow {
   const float *depth, *sigma, *weight;  // weight may be null
@@ -42,6 +43,7 @@ struct MeanRows {
   int reach, supporters, width;
   float resolution;
   float* out;
+  float* mean_sigma;  // may be null
 };
 
 }  // namespace
@@ -88,13 +90,15 @@ HWY_INLINE hn::Vec<decltype(di)> one_less(hn::Mask<D> mask) {
   return hn::VecFromMask(di, hn::RebindMask(di, mask));
 }
 
-/// The mean of the nearest `least` or more of four that lie on one surface, within `sigmas` of each other;
-/// zero without them.
-HWY_INLINE V near_cluster(V w0, V w1, V w2, V w3, V sigma, float sigmas, bool lone_counts, float resolution) {
-  const V a = hn::Max(w0, w1), b = hn::Min(w0, w1), e = hn::Max(w2, w3), f = hn::Min(w2, w3);
+/// The mean of the nearest two or more of four that lie on one surface, within `sigmas` of each other, with
+/// the mean of their sigmas; zero without them. If `lone_counts`, one is enough.
+HWY_INLINE Sample near_cluster(const Sample& p0, const Sample& p1, const Sample& p2, const Sample& p3,
+                               float sigmas, bool lone_counts, float resolution) {
+  const V a = hn::Max(p0.w, p1.w), b = hn::Min(p0.w, p1.w), e = hn::Max(p2.w, p3.w), f = hn::Min(p2.w, p3.w);
   const V first = hn::Max(a, e), m = hn::Min(a, e), n = hn::Max(b, f);
   const V second = hn::Max(m, n), third = hn::Min(m, n);
-  const V apart = hn::Max(hn::Mul(set(sigmas), sigma), hn::Mul(set(resolution), hn::Mul(first, first)));
+  const V widest = hn::Max(hn::Max(p0.sigma, p1.sigma), hn::Max(p2.sigma, p3.sigma));
+  const V apart = hn::Max(hn::Mul(set(sigmas), widest), hn::Mul(set(resolution), hn::Mul(first, first)));
   V top = first;
   if (!lone_counts) {
     const auto lone = hn::Gt(hn::Sub(first, second), apart);
@@ -102,15 +106,19 @@ HWY_INLINE V near_cluster(V w0, V w1, V w2, V w3, V sigma, float sigmas, bool lo
     top = hn::IfThenElse(two_lone, third, hn::IfThenElse(lone, second, first));
   }
   const V least = hn::Max(hn::Sub(top, apart), set(kTiny));
-  const auto in = [&](V w) HWY_ATTR { return hn::And(hn::Ge(w, least), hn::Le(w, top)); };
-  const auto in0 = in(w0), in1 = in(w1), in2 = in(w2), in3 = in(w3);
-  const V sum = hn::Add(hn::Add(hn::IfThenElseZero(in0, w0), hn::IfThenElseZero(in1, w1)),
-                        hn::Add(hn::IfThenElseZero(in2, w2), hn::IfThenElseZero(in3, w3)));
-  const auto less = hn::Add(hn::Add(one_less(in0), one_less(in1)), hn::Add(one_less(in2), one_less(in3)));
+  Sample sum{hn::Zero(d), hn::Zero(d)};
+  auto less = hn::Zero(di);
+  for (const Sample* p : {&p0, &p1, &p2, &p3}) {
+    const auto in = hn::And(hn::Ge(p->w, least), hn::Le(p->w, top));
+    sum.w = hn::Add(sum.w, hn::IfThenElseZero(in, p->w));
+    sum.sigma = hn::Add(sum.sigma, hn::IfThenElseZero(in, p->sigma));
+    less = hn::Add(less, one_less(in));
+  }
   const auto is = [&](int count) HWY_ATTR { return hn::RebindMask(d, hn::Eq(less, hn::Set(di, -count))); };
   V share = hn::IfThenElse(is(4), set(0.25F), set(1.0F / 3));
   share = hn::IfThenElse(is(2), set(0.5F), share);
-  return hn::Mul(sum, hn::IfThenElse(is(1), set(lone_counts ? 1 : 0), share));
+  share = hn::IfThenElse(is(1), set(lone_counts ? 1 : 0), share);
+  return {hn::Mul(sum.w, share), hn::Mul(sum.sigma, share)};
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -124,13 +132,13 @@ HWY_INLINE V odd(V a, V b) { return hn::ConcatOdd(d, b, a); }
 /// Four vectors (left and right above, left and right below) to half the size each way.
 HWY_INLINE void store_half(const OutRow& out, int x, const Sample& al, const Sample& ar, const Sample& bl,
                            const Sample& br, float sigmas, bool lone_counts, float resolution) {
-  const V left = hn::Max(al.sigma, bl.sigma), right = hn::Max(ar.sigma, br.sigma);
-  const V sigma = hn::Max(even(left, right), odd(left, right));
-  const V w = near_cluster(even(al.w, ar.w), odd(al.w, ar.w), even(bl.w, br.w), odd(bl.w, br.w), sigma,
-                           sigmas, lone_counts, resolution);
+  const Sample mean =
+      near_cluster({even(al.w, ar.w), even(al.sigma, ar.sigma)}, {odd(al.w, ar.w), odd(al.sigma, ar.sigma)},
+                   {even(bl.w, br.w), even(bl.sigma, br.sigma)}, {odd(bl.w, br.w), odd(bl.sigma, br.sigma)},
+                   sigmas, lone_counts, resolution);
   const auto inside = hn::FirstN(d, static_cast<std::size_t>(out.width - x));
-  hn::StoreU(hn::IfThenElseZero(inside, w), d, out.w + x);
-  hn::StoreU(hn::IfThenElseZero(inside, sigma), d, out.sigma + x);
+  hn::StoreU(hn::IfThenElseZero(inside, mean.w), d, out.w + x);
+  hn::StoreU(hn::IfThenElseZero(inside, mean.sigma), d, out.sigma + x);
 }
 
 template <bool kWhole>
@@ -198,6 +206,8 @@ std::size_t smooth_row(const MeanRows& in) {
     const V count = hn::Max(hn::ConvertTo(d, hn::Neg(sum.less)), set(1));
     const V mean = hn::Div(sum.of_values, count);
     hn::StoreU(hn::IfThenElseZero(kept, mean), d, in.out + x);
+    if (in.mean_sigma != nullptr)
+      hn::StoreU(hn::Mul(sigma, hn::Div(set(kShared), count)), d, in.mean_sigma + x);
   }
   return dropped;
 }
@@ -256,8 +266,9 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
 }
 
 std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, int reach, int supporters,
-                   float resolution, RingImage<float>& out) {
+                   float resolution, RingImage<float>& out, RingImage<float>* mean_sigma) {
   out.reset(in.width(), in.height());
+  if (mean_sigma != nullptr) mean_sigma->reset(in.width(), in.height());
   std::size_t dropped = 0;
   for (int y = 0; y < in.height(); ++y) {
     dropped += HWY_DYNAMIC_DISPATCH(smooth_row)({{in.row(y - reach), in.row(y), in.row(y + reach)},
@@ -266,7 +277,8 @@ std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, in
                                                  supporters,
                                                  in.width(),
                                                  resolution,
-                                                 out.row(y)});
+                                                 out.row(y),
+                                                 mean_sigma == nullptr ? nullptr : mean_sigma->row(y)});
   }
   return dropped;
 }

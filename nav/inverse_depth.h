@@ -37,7 +37,9 @@ class DepthReducer {
 
 /// The mean of each sample and those of its eight neighbours, `reach` samples away, that lie on the same
 /// surface. Samples with fewer than `supporters` such neighbours are dropped: their number is returned.
+/// `mean_sigma`, unless null, becomes sigma as it is wider where fewer samples share a mean than inside of a
+/// surface: errors that neighbours have in common do not average out, hence in proportion to their number.
 std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, int reach, int supporters,
-                   float resolution, RingImage<float>& out);
+                   float resolution, RingImage<float>& out, RingImage<float>* mean_sigma = nullptr);
 
 }  // namespace headway::nav

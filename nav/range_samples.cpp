@@ -19,9 +19,9 @@ namespace headway::nav {
 #define HEADWAY_SAMPLE_ROWS
 namespace {
 
-constexpr float kTiny = 1e-6F;    // [1/m], less than any inverse depth
-constexpr float kMost = 16383;    // steps of depth
-constexpr float kEdgeSigmas = 3;  // at an edge fewer samples share a mean, and its noise is so much wider
+constexpr float kTiny = 1e-6F;                  // [1/m], less than any inverse depth
+constexpr float kMost = 16383;                  // steps of depth
+constexpr float kBeyondFar = 1.25F;             // depths are told apart up to so many times the view's far
 constexpr float kBeyondCorner = 0.75F;          // samples
 constexpr float kFall = 0.15F;                  // samples
 constexpr float kKept = 1.1F;                   // of a voxel's thickness is kept from being emptied
@@ -31,6 +31,7 @@ constexpr DepthBounds::Word kOutside = 0xffff;  // of the image: says nothing ab
 struct DescribeTask {
   const RingImage<float>& w;
   const RingImage<float>& sigma;
+  const RingImage<float>& mean_sigma;  // wider where few samples share a mean
   float focal, cx, cy, far, steps_per_metre;
   float half_edge;  // of a voxel [m], somewhat more
   float most_half, resolution, free_sigmas, hit_sigmas;
@@ -155,7 +156,8 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
   const int width = t.w.width();
   const auto taps = static_cast<float>(t.taps);
   const float *above = t.w.row(y - 1), *here = t.w.row(y), *below = t.w.row(y + 1);
-  const float *up = t.w.row(y - t.taps), *down = t.w.row(y + t.taps), *sigmas = t.sigma.row(y);
+  const float *up = t.w.row(y - t.taps), *down = t.w.row(y + t.taps), *sigmas = t.sigma.row(y),
+              *mean_sigmas = t.mean_sigma.row(y);
   const V ray_y = set((static_cast<float>(y) - t.cy) / t.focal);
   for (int x = 0; x < width; x += lanes()) {
     const V own = hn::LoadU(d, here + x), sigma = hn::LoadU(d, sigmas + x);
@@ -188,19 +190,21 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     for (int k = 0; k < 3; ++k) size = hn::Add(size, hn::Abs(dot(t.turn + 3 * k, nx, ny, nz)));
     const V z = hn::Div(set(1), hn::Max(w, set(kTiny))), zz = hn::Mul(z, z);
     const V half = hn::Min(hn::Mul(hn::Mul(set(t.half_edge), size), z), set(t.most_half));
-    const V own_sigma = hn::Mul(sigma, zz);
-    const V sigma_z = hn::IfThenElse(edge, hn::Mul(own_sigma, set(kEdgeSigmas)), own_sigma);
+    const V sigma_z = hn::Mul(hn::LoadU(d, mean_sigmas + x), zz);
 
-    const V lowest = zero(), most = set(t.far), steps = set(t.steps_per_metre);
+    const V lowest = zero(), most = set(kMost), steps = set(t.steps_per_metre);
     // The surface falls away within the sample; what it may still reach is not emptied.
     const V fall = hn::Mul(set(kFall), hn::Mul(lean, zz));
     V front =
         hn::Sub(hn::Sub(z, hn::Mul(half, set(kKept))), hn::Add(fall, hn::Mul(set(t.free_sigmas), sigma_z)));
     V back = hn::Add(hn::Add(z, half), hn::Mul(set(t.hit_sigmas), sigma_z));
-    front = hn::Mul(hn::Max(hn::Min(front, most), lowest), steps);
-    back = hn::Mul(hn::Min(back, most), steps);
-    const VU front_steps = whole(hn::Max(hn::Sub(front, set(0.5F)), lowest));
-    const VU back_steps = whole(hn::Min(hn::Add(back, set(0.5F)), set(kMost)));
+    front = hn::Sub(hn::Mul(front, steps), set(0.5F));
+    back = hn::Add(hn::Mul(back, steps), set(0.5F));
+    const auto within = hn::RebindMask(du, hn::And(hn::Ge(front, lowest), hn::Le(back, most)));
+    const VU front_steps = whole(hn::Max(hn::Min(front, most), lowest));
+    // What does not lie within the steps from front to back is hit nowhere: shares of the rest of its way
+    // would be other places.
+    const VU back_steps = hn::IfThenElse(within, whole(hn::Min(back, most)), front_steps);
     const V wide = hn::Div(hn::Mul(set(SampleClasses::kCount), sigma_z), hn::Add(sigma_z, half));
     const VU kind = whole(hn::Min(wide, set(SampleClasses::kCount - 1)));
     VU word = hn::Or(hn::ShiftLeft<sample_word::kFrontShift>(front_steps),
@@ -396,24 +400,25 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   const int reduction = pixels_per_voxel >= 4 ? 4 : pixels_per_voxel >= 2 ? 2 : 1;
   set_camera(view.camera, reduction);
   near_ = static_cast<float>(view.near);
+  far_ = static_cast<float>(view.far);
   const auto edge = static_cast<float>(resolution);
   reducer_.reduce(view, static_cast<float>(config.least_weight), edge, reduction, rough_);
   rejected_ = used_ = 0;
   farthest_ = widest_ = 0;
   if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
-  rejected_ += smooth(rough_.w, rough_.sigma, 1, config.supporters, edge, smooth_);
+  rejected_ += smooth(rough_.w, rough_.sigma, 1, config.supporters, edge, smooth_, &mean_sigma_);
   const bool fine = reduction < 4;  // noise of fewer pixels is left in each sample
   if (fine) rejected_ += smooth(smooth_, rough_.sigma, 2, 0, edge, smoother_);
 
-  const auto far = static_cast<float>(view.far);
-  steps_per_metre_ = kMost / far;
+  steps_per_metre_ = kMost / (kBeyondFar * far_);
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> turn = map_from_camera.cast<float>();
   const DescribeTask task{fine ? smoother_ : smooth_,
                           rough_.sigma,
+                          mean_sigma_,
                           focal_,
                           cx_,
                           cy_,
-                          far,
+                          far_,
                           steps_per_metre_,
                           static_cast<float>(kThickness * resolution / 2),
                           static_cast<float>(config.longest_hit * resolution),

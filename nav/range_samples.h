@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -85,7 +86,7 @@ class RangeSamples {
   float end_v() const { return end_v_; }
   float near() const { return near_; }  ///< [m]
   /// Nothing is said about voxels farther than this [m]: the view's far, or behind all surfaces.
-  float farthest() const { return static_cast<float>(farthest_) / steps_per_metre_; }
+  float farthest() const { return std::min(far_, static_cast<float>(farthest_) / steps_per_metre_); }
   float steps_per_metre() const { return steps_per_metre_; }  ///< of depth
   std::size_t widest() const { return widest_; }              ///< greatest class of a sample
   const DepthBounds& bounds() const { return bounds_; }
@@ -97,12 +98,12 @@ class RangeSamples {
   void set_camera(const vision::PinholeCamera& camera, int reduction);
   void forget_own_body(const std::vector<BodyBox>& boxes, const Eigen::Isometry3d& body_from_camera);
 
-  float focal_ = 0, cx_ = 0, cy_ = 0, end_u_ = 0, end_v_ = 0, near_ = 0, steps_per_metre_ = 1;
+  float focal_ = 0, cx_ = 0, cy_ = 0, end_u_ = 0, end_v_ = 0, near_ = 0, far_ = 0, steps_per_metre_ = 1;
   std::uint32_t farthest_ = 0, widest_ = 0;
   std::size_t used_ = 0, rejected_ = 0;
   DepthReducer reducer_;
   InverseDepth rough_;
-  RingImage<float> smooth_, smoother_;
+  RingImage<float> smooth_, smoother_, mean_sigma_;
   RingImage<SampleWord> words_;
   DepthBounds bounds_;
 };
