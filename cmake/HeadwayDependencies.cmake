@@ -29,6 +29,7 @@ foreach(module core imgproc imgcodecs calib3d aruco)
 endforeach()
 
 if(HEADWAY_TESTS)
+  find_library(OPENCV_surface_matching_LIBRARY opencv_surface_matching REQUIRED)
   find_package(GTest REQUIRED)
   find_package(rapidcheck REQUIRED)
 endif()

@@ -1,0 +1,178 @@
+#include "nav/surface_points.h"
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace headway::nav {
+namespace {
+
+constexpr double kEnough = 1 / (0.001 * 0.001);  // weight at which a voxel's mean comes to rest [1/m^2]
+constexpr double kMostOfOne = kEnough / 16;      // no single point decides
+constexpr LogOdds kSurelyEmpty = log_odds::kLowest / 2;
+constexpr float kFewest = 6;       // points of a plane
+constexpr double kFlat = 0.15;     // standard deviation across a plane beyond noise, in voxels
+constexpr double kWide = 0.3;      // and along it
+constexpr double kMostTilt = 0.1;  // of a normal that says anything [rad]
+constexpr double kNeighbours = 9;  // voxels on a plane that share the points of one
+constexpr std::size_t kFirstSize = std::size_t{1} << 14;
+constexpr int kKeyBits = 21;  // of each coordinate
+constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
+
+constexpr int kItselfAndFaces[7][3] = {{0, 0, 0},  {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
+                                       {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+
+std::size_t scattered(std::uint64_t key) {
+  // Fibonacci hashing (Knuth 6.4) after a fold, for neighbours differ in few bits.
+  key ^= key >> 29;
+  return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 20);
+}
+
+}  // namespace
+
+SurfacePoints::SurfacePoints(double resolution, std::size_t most_voxels)
+    : resolution_(resolution), most_(std::bit_ceil(most_voxels)), cells_(std::min(kFirstSize, 2 * most_)) {}
+
+void SurfacePoints::Cell::add(const Eigen::Vector3f& d, float w) {
+  weight += w;
+  count += 1;
+  const Eigen::Vector3f v = w * d;
+  for (int i = 0; i < 3; ++i) first[static_cast<std::size_t>(i)] += v[i];
+  second[0] += v.x() * d.x();
+  second[1] += v.x() * d.y();
+  second[2] += v.x() * d.z();
+  second[3] += v.y() * d.y();
+  second[4] += v.y() * d.z();
+  second[5] += v.z() * d.z();
+}
+
+/// Whether a look from a pose of this variance tells anything new of a voxel. Noise spreads the points of a
+/// surface over its neighbours: what holds for one holds for all. Forgets what the look replaces.
+bool SurfacePoints::admit(const VoxelMap::Index& absolute, float pose) {
+  constexpr float kSurer = 4;
+  bool admitted = true;
+  for (const auto& offset : kItselfAndFaces) {
+    Cell* cell = find(key_of(absolute + VoxelMap::Index(offset[0], offset[1], offset[2])));
+    if (cell == nullptr || cell->weight <= 0) continue;
+    if (kSurer * pose < cell->doubt)
+      cell->forget();
+    else if (cell->weight >= static_cast<float>(kEnough) || pose > kSurer * (cell->doubt + 1 / cell->weight))
+      admitted = false;
+  }
+  return admitted;
+}
+
+std::uint64_t SurfacePoints::key_of(const VoxelMap::Index& absolute) {
+  const auto bits = [](int i) { return static_cast<std::uint64_t>(std::int64_t{i} + kKeyMiddle); };
+  return bits(absolute.x()) | bits(absolute.y()) << kKeyBits | bits(absolute.z()) << 2 * kKeyBits;
+}
+
+/// Where a voxel's cell is, or the free place where it would be.
+std::size_t SurfacePoints::place(std::uint64_t key) const {
+  const std::size_t mask = cells_.size() - 1;
+  std::size_t i = scattered(key) & mask;
+  while (cells_[i].key != key && cells_[i].key != 0) i = (i + 1) & mask;
+  return i;
+}
+
+/// The cell of a voxel, new if need be; null when there is no room.
+SurfacePoints::Cell* SurfacePoints::make(std::uint64_t key, const VoxelMap& map) {
+  if (Cell* known = find(key)) return known;
+  if (used_ >= most_) rebuild(cells_.size(), &map);
+  if (used_ >= most_) return nullptr;
+  if (2 * (used_ + 1) > cells_.size()) rebuild(2 * cells_.size(), nullptr);
+  ++used_;
+  Cell& cell = cells_[place(key)];
+  cell.key = key;
+  return &cell;
+}
+
+/// Moves all cells into a table of `size`; with a map, only those whose voxels it has seen.
+void SurfacePoints::rebuild(std::size_t size, const VoxelMap* keep_known_to) {
+  std::vector<Cell> old(size);
+  old.swap(cells_);
+  used_ = 0;
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
+  const auto coordinate = [&](std::uint64_t key, int at) {
+    return static_cast<int>(key >> at * kKeyBits & kMask) - kKeyMiddle;
+  };
+  for (const Cell& cell : old) {
+    if (cell.key == 0 || cell.weight <= 0) continue;
+    if (keep_known_to != nullptr) {
+      const VoxelMap::Index absolute(coordinate(cell.key, 0), coordinate(cell.key, 1),
+                                     coordinate(cell.key, 2));
+      if (keep_known_to->at(absolute - keep_known_to->first_key()) == Voxel::kUnseen) continue;
+    }
+    cells_[place(cell.key)] = cell;
+    ++used_;
+  }
+}
+
+void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d& map_from_camera,
+                        const VoxelMap& map, const PoseVariance& pose) {
+  for (const Patch& patch : patches) {
+    const Eigen::Vector3d point = map_from_camera * patch.point;
+    const VoxelMap::Index voxel = map.index(point);
+    if (!map.contains(voxel)) continue;
+    const VoxelMap::Index absolute = voxel + map.first_key();
+    const LogOdds value = map.value(voxel);
+    if (value != log_odds::kUnseen && value <= kSurelyEmpty) {
+      if (Cell* cell = find(key_of(absolute))) cell->forget();
+      continue;
+    }
+    const double sigma = patch.sigma * patch.point.norm();
+    const auto doubt = static_cast<float>(pose.shift + pose.turn * patch.point.squaredNorm());
+    if (!admit(absolute, doubt)) continue;
+    Cell* cell = make(key_of(absolute), map);
+    if (cell == nullptr) continue;
+    if (cell->weight <= 0) cell->doubt = doubt;
+    cell->add((point - map.centre(voxel)).cast<float>(),
+              static_cast<float>(std::min(1 / (sigma * sigma), kMostOfOne)));
+  }
+}
+
+std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, const VoxelMap& map) const {
+  const VoxelMap::Index absolute = voxel + map.first_key();
+  double weight = 0, doubt = 0;
+  float count = 0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (int z = -1; z <= 1; ++z) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        const Cell* cell = find(key_of(absolute + VoxelMap::Index(x, y, z)));
+        if (cell == nullptr || cell->count == 0) continue;
+        const Eigen::Vector3d from_here = resolution_ * Eigen::Vector3d(x, y, z);
+        const double w = static_cast<double>(cell->weight);
+        const Eigen::Vector3d s(static_cast<double>(cell->first[0]), static_cast<double>(cell->first[1]),
+                                static_cast<double>(cell->first[2]));
+        const auto c = [&](std::size_t i) { return static_cast<double>(cell->second[i]); };
+        Eigen::Matrix3d spread;
+        spread << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+        weight += w;
+        doubt += w * static_cast<double>(cell->doubt);
+        count += cell->count;
+        first += s + w * from_here;
+        second += spread + s * from_here.transpose() + from_here * s.transpose() +
+                  w * from_here * from_here.transpose();
+      }
+    }
+  }
+  if (count < kFewest) return std::nullopt;
+  const Eigen::Vector3d mean = first / weight;
+  const Eigen::Vector3d point = map.centre(voxel) + mean;
+  if (map.at_point(point) != Voxel::kOccupied) return std::nullopt;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
+  axes.computeDirect(second / weight - mean * mean.transpose());
+  const Eigen::Vector3d spread = axes.eigenvalues();
+  const double noise = static_cast<double>(count) / weight;  // variance of one point
+  const double flat = kFlat * resolution_, wide = kWide * resolution_;
+  if (spread[0] > flat * flat + 2 * noise || spread[1] < wide * wide + noise) return std::nullopt;
+  const double tilt = std::sqrt(std::max(noise, spread[0]) / (static_cast<double>(count) * spread[1]));
+  if (tilt > kMostTilt) return std::nullopt;
+  return SurfacePlane{point, axes.eigenvectors().col(0), std::sqrt(kNeighbours / weight), tilt,
+                      doubt / weight};
+}
+
+}  // namespace headway::nav

@@ -1,0 +1,85 @@
+// Where within its voxels a surface lies: for each voxel the mean and the spread of the points that were
+// measured in it. The voxel map says what is occupied to within a voxel; localisation needs millimetres.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "nav/view_patches.h"
+#include "nav/voxel_map.h"
+
+namespace headway::nav {
+
+/// A plane through the points around a voxel, in the map frame.
+struct SurfacePlane {
+  Eigen::Vector3d point;   ///< the points' mean [m]
+  Eigen::Vector3d normal;  ///< of length 1, to either side
+  double sigma = 0;        ///< of the mean along the normal [m]
+  double tilt_sigma = 0;   ///< of the normal [rad]
+  double doubt = 0;        ///< variance of all the place, by the poses that it was seen from [m^2]
+};
+
+/// How well the pose of a view is known.
+struct PoseVariance {
+  double shift = 0;  ///< [m^2]
+  double turn = 0;   ///< about the vertical [rad^2]
+};
+
+/// The first looks at a place decide, so that a map does not wander with what is measured by it: a voxel's
+/// mean comes to rest when it is known to a millimetre, and only a look from a pose that is known better
+/// by far replaces it.
+class SurfacePoints {
+ public:
+  /// `resolution`: of the map [m]. Keeps at most `most_voxels` (64 bytes each).
+  explicit SurfacePoints(double resolution, std::size_t most_voxels = std::size_t{1} << 18);
+
+  /// Adds the patches of a view that has been integrated into `map`. Points in voxels that the map is sure
+  /// are empty are left out, and what was known there is forgotten.
+  void add(std::span<const Patch> patches, const Eigen::Isometry3d& map_from_camera, const VoxelMap& map,
+           const PoseVariance& pose = {});
+
+  /// The plane of the surface at or beside a voxel of `map`. Nothing where the points of the 3x3x3 voxels
+  /// around are too few or not flat, or where the map says that their mean is not occupied (any more).
+  std::optional<SurfacePlane> plane(const VoxelMap::Index& voxel, const VoxelMap& map) const;
+
+  std::size_t voxels() const { return used_; }  ///< known
+  std::size_t bytes() const { return cells_.size() * sizeof(Cell); }
+
+ private:
+  /// Sums over points, each with the weight 1/sigma^2 and seen from the voxel's middle.
+  struct Cell {
+    std::uint64_t key = 0;  ///< 0: free
+    float weight = 0, count = 0;
+    float doubt = 0;                ///< variance by the pose of the first look [m^2]
+    std::array<float, 3> first{};   ///< of w d [m]
+    std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
+
+    void forget() { *this = {.key = key}; }
+    void add(const Eigen::Vector3f& d, float w);
+  };
+
+  bool admit(const VoxelMap::Index& absolute, float pose);
+  static std::uint64_t key_of(const VoxelMap::Index& absolute);
+  std::size_t place(std::uint64_t key) const;
+  const Cell* find(std::uint64_t key) const {
+    const Cell& cell = cells_[place(key)];
+    return cell.key == key ? &cell : nullptr;
+  }
+  Cell* find(std::uint64_t key) {
+    Cell& cell = cells_[place(key)];
+    return cell.key == key ? &cell : nullptr;
+  }
+  Cell* make(std::uint64_t key, const VoxelMap& map);
+  void rebuild(std::size_t size, const VoxelMap* keep_known_to);
+
+  double resolution_;
+  std::size_t most_, used_ = 0;
+  std::vector<Cell> cells_;  ///< open addressing, a power of two, at most half full
+};
+
+}  // namespace headway::nav

@@ -1,0 +1,119 @@
+#include "nav/surface_points.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "known_room.h"
+
+namespace headway::nav {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kEye(0, 0, 1.4);
+
+SyntheticRoom wall_at(double x) {
+  SyntheticRoom room;
+  room.walls = {{-50, -50, 0}, {x, 50, 20}};
+  return room;
+}
+
+TEST(SurfacePoints, KnowAWallToAFractionOfAVoxelWhereverItStands) {
+  std::mt19937_64 random(1);
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const double x = 1.5 + uniform(random);
+    KnownRoom known(wall_at(x));
+    for (std::uint64_t view = 0; view < 3; ++view) known.learn(camera_pose(kEye, 0, 0.1), 10 * i + view);
+    const auto plane = known.surfaces.plane(known.map.index({x - 1e-9, 0.1, 1.2}), known.map);
+    ASSERT_TRUE(plane) << x;
+    EXPECT_NEAR(plane->point.x(), x, 0.004);
+    EXPECT_GT(std::abs(plane->normal.x()), std::cos(0.05));
+    EXPECT_LT(std::abs(plane->point.x() - x), 4 * (plane->sigma + 0.001)) << x;
+  }
+}
+
+TEST(SurfacePoints, SayNothingAtEdgesAndInTheAir) {
+  KnownRoom known(SyntheticRoom::furnished());
+  known.look_around(kEye, 0);
+  const SolidBox& crate = known.room.solids[3];
+  const Vector3d corner(crate.lowest.x(), crate.highest.y(), crate.highest.z());
+  EXPECT_FALSE(known.surfaces.plane(known.map.index(corner), known.map));
+  EXPECT_FALSE(known.surfaces.plane(known.map.index({0.5, 0, 1.4}), known.map));
+}
+
+TEST(SurfacePoints, ForgetAWallThatTheMapHasEmptied) {
+  KnownRoom known(wall_at(2.02));
+  known.learn(camera_pose(kEye, 0, 0.1), 1);
+  const VoxelMap::Index there = known.map.index({2.02, 0.1, 1.2});
+  ASSERT_TRUE(known.surfaces.plane(there, known.map));
+  known.room = wall_at(3.02);
+  for (std::uint64_t i = 0; i < 8; ++i) known.learn(camera_pose(kEye, 0, 0.1), 2 + i);
+  EXPECT_FALSE(known.surfaces.plane(there, known.map));
+  EXPECT_TRUE(known.surfaces.plane(known.map.index({3.02, 0.1, 1.2}), known.map));
+}
+
+TEST(SurfacePoints, StayWhereTheFirstLooksPutThem) {
+  KnownRoom known(wall_at(2.01));
+  for (std::uint64_t i = 0; i < 4; ++i) known.learn(camera_pose(kEye, 0, 0.1), i);
+  const VoxelMap::Index there = known.map.index({2.01, 0.1, 1.2});
+  const auto before = known.surfaces.plane(there, known.map);
+  known.room = wall_at(2.03);  // as if the robot were two centimetres off
+  for (std::uint64_t i = 0; i < 50; ++i)
+    known.learn(camera_pose(kEye, 0, 0.1), 100 + i, {.shift = 0.02 * 0.02, .turn = 1e-4});
+  const auto after = known.surfaces.plane(there, known.map);
+  ASSERT_TRUE(before && after);
+  EXPECT_NEAR(after->point.x(), before->point.x(), 0.002);
+}
+
+TEST(SurfacePoints, GiveWayToALookFromAPoseThatIsKnownBetter) {
+  KnownRoom known(wall_at(2.01));
+  const VoxelMap::Index there = known.map.index({2.01, 0.1, 1.2});
+  for (std::uint64_t i = 0; i < 20; ++i)
+    known.learn(camera_pose(kEye, 0, 0.1), i, {.shift = 0.02 * 0.02, .turn = 1e-4});
+  const auto before = known.surfaces.plane(there, known.map);
+  known.room = wall_at(2.03);
+  for (std::uint64_t i = 0; i < 3; ++i) known.learn(camera_pose(kEye, 0, 0.1), 100 + i);
+  const auto after = known.surfaces.plane(there, known.map);
+  ASSERT_TRUE(before && after);
+  EXPECT_GT(before->doubt, 0.015 * 0.015);
+  EXPECT_LT(after->doubt, 0.1 * before->doubt);
+  EXPECT_NEAR(after->point.x(), 2.03, 0.004);
+}
+
+TEST(SurfacePoints, KeepToTheirBound) {
+  KnownRoom known(SyntheticRoom::furnished());
+  SurfacePoints few(known.map.resolution(), 1000);
+  const std::size_t most = 2 * 1024 * 64;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const Eigen::Isometry3d pose = camera_pose(kEye, 0.5 * static_cast<double>(i), 0.2);
+    known.learn(pose, i);
+    few.add(known.patches, pose, known.map);
+    EXPECT_LE(few.voxels(), 1024U);
+    EXPECT_LE(few.bytes(), most);
+  }
+  EXPECT_EQ(few.voxels(), 1024U);
+  EXPECT_GT(known.surfaces.voxels(), 3000U);
+}
+
+TEST(SurfacePoints, MakeRoomByForgettingWhatTheMapDoesNotKnow) {
+  KnownRoom known(SyntheticRoom::furnished());
+  SurfacePoints few(known.map.resolution(), 1000);
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    const Eigen::Isometry3d away = camera_pose(kEye, 0.2 * static_cast<double>(i) - 0.8, 0.2);
+    known.learn(away, i);
+    few.add(known.patches, away, known.map);
+  }
+  ASSERT_EQ(few.voxels(), 1024U);
+  KnownRoom later(known.room);  // where the robot has walked on to, the map knows other things
+  const Eigen::Isometry3d here = camera_pose(kEye, -2.8, 0.1);
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    later.learn(here, i);
+    few.add(later.patches, here, later.map);
+  }
+  EXPECT_LE(few.voxels(), 1024U);
+  EXPECT_TRUE(few.plane(later.map.index({-2.61, -0.8, 1.1}), later.map));
+}
+
+}  // namespace
+}  // namespace headway::nav
