@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -8,6 +9,7 @@
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
+#include "app/world_map.h"
 #include "hal/error.h"
 #include "sim_hal/random_world.h"
 
@@ -19,22 +21,28 @@ struct Options {
   int worlds = 50, stereo = 5;
   std::uint64_t seed = 1;
   std::filesystem::path out = "build/campaign", robot = default_robot_file();
-  double longest = 400;
+  std::filesystem::path world;
+  double longest = 400, drift = 0;
+  bool no_localise = false;
   int only = -1;
 };
 
 struct Totals {
   int runs = 0, arrived = 0, collisions = 0, falls = 0, stopped = 0;
+  double goal_error = 0, odometry_error = 0;  ///< the largest [m]
 };
 
 /// One run; its row for the report. Pictures are kept of runs that did not arrive.
 Json run_one(const Options& options, const Robot& robot, int number, OutputFolder& out, Totals& totals) {
   const std::uint64_t seed = options.seed * 1000 + static_cast<std::uint64_t>(number);
-  const sim::World world = sim::random_world(seed);
+  const sim::World world =
+      options.world.empty() ? sim::random_world(seed) : read_world_for(robot, options.world);
   SimOptions sim;
   sim.range_mode = number >= options.stereo;
   sim.seed = seed;
   sim.longest = seconds(options.longest);
+  sim.localise = !options.no_localise;
+  sim.drift = options.drift / 100;
   SimSession session(robot, world, sim);
   SimOutputs outputs(session);
   const SimOutcome outcome = session.run();
@@ -47,6 +55,8 @@ Json run_one(const Options& options, const Robot& robot, int number, OutputFolde
   totals.collisions += outcome.collision.has_value();
   totals.falls += outcome.fallen;
   totals.stopped += outcome.end == "stopped";
+  totals.goal_error = std::max(totals.goal_error, outcome.goal_error);
+  totals.odometry_error = std::max(totals.odometry_error, outcome.odometry_error);
   Json row = sim_report(session, outcome);
   row.erase("steps");
   Json with_number = {{"number", number}};
@@ -66,10 +76,11 @@ int run(const Options& options) {
     if (options.only >= 0 && number != options.only) continue;
     rows.push_back(run_one(options, robot, number, out, totals));
     const Json& row = rows.back();
-    fmt::print("{:3} {:6} {:9} goal error {:.3f} m, {:.1f} s{}{}\n", number, row["sight"].get<std::string>(),
-               row["end"].get<std::string>(), row["goal_error_m"].get<double>(),
-               row["simulated_s"].get<double>(), row["reason"].get<std::string>().empty() ? "" : ": ",
-               row["reason"].get<std::string>());
+    fmt::print("{:3} {:6} {:9} goal error {:.3f} m, odometry off {:.3f} m, map off {:.3f} m, {:.1f} s{}{}\n",
+               number, row["sight"].get<std::string>(), row["end"].get<std::string>(),
+               row["goal_error_m"].get<double>(), row["odometry_error_m"].get<double>(),
+               row["map_error_m"].get<double>(), row["simulated_s"].get<double>(),
+               row["reason"].get<std::string>().empty() ? "" : ": ", row["reason"].get<std::string>());
     std::fflush(stdout);
   }
   out.report({{"seed", options.seed},
@@ -78,9 +89,14 @@ int run(const Options& options) {
               {"collisions", totals.collisions},
               {"falls", totals.falls},
               {"stopped", totals.stopped},
+              {"goal_error_max_m", rounded(totals.goal_error)},
+              {"odometry_error_max_m", rounded(totals.odometry_error)},
               {"rows", rows}});
-  fmt::print("{} runs: {} arrived, {} collisions, {} falls, {} stopped with a reason; {}\n", totals.runs,
-             totals.arrived, totals.collisions, totals.falls, totals.stopped, out.list());
+  fmt::print(
+      "{} runs: {} arrived, {} collisions, {} falls, {} stopped with a reason; goal error at most "
+      "{:.3f} m, odometry off by {:.3f} m at most; {}\n",
+      totals.runs, totals.arrived, totals.collisions, totals.falls, totals.stopped, totals.goal_error,
+      totals.odometry_error, out.list());
   const bool good = totals.runs > 0 && totals.collisions == 0 && totals.falls == 0 &&
                     totals.arrived * 100 >= totals.runs * 95;
   return good ? kSuccess : kNotReached;
@@ -94,6 +110,14 @@ void add_campaign(CLI::App& app, Run& run_command) {
   command->add_option("--worlds", options->worlds, "How many")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  command->add_option("--world", options->world, "Walk in this world each time, in place of random ones");
+  command
+      ->add_option(
+          "--drift", options->drift,
+          "Percent by which odometry drifts: of a stride's length, and of the widest turn with each step")
+      ->check(finite_in(0, 20))
+      ->capture_default_str();
+  command->add_flag("--no-localise", options->no_localise, "Take odometry for the truth");
   command
       ->add_option("--stereo", options->stereo,
                    "The first so many with images and matcher, the others in range mode")

@@ -111,6 +111,19 @@ void read_map(const Section& map, Robot& robot) {
   check(map, robot.mapper.floor);
 }
 
+void read_localisation(const Section& section, runtime::LocalisationConfig& config) {
+  config.use = section.flag_or("use", config.use);
+  runtime::DriftConfig& drift = config.drift;
+  drift.stride = section.number_or("stride", drift.stride, {0, 1});
+  drift.swerve = section.number_or("swerve_deg_s", drift.swerve / kDegree, {0, 45, "deg/s"}) * kDegree;
+  drift.shift = section.number_or("shift", drift.shift, {0, 1, "m"});
+  drift.turn = section.number_or("turn_deg", drift.turn / kDegree, {0, 45, "deg"}) * kDegree;
+  nav::LocaliseConfig& localise = config.localise;
+  localise.shift_sigma = section.number_or("shift_sigma", localise.shift_sigma, {1e-4, 0.1, "m"});
+  localise.turn_sigma =
+      section.number_or("turn_sigma_deg", localise.turn_sigma / kDegree, {0.01, 5, "deg"}) * kDegree;
+}
+
 void read_planner(const Section& planner, nav::PlannerConfig& config) {
   const std::string unseen = planner.choice("unseen", {"blocked", "costly", "free"});
   config.unseen = unseen == "blocked"  ? nav::UnseenFloor::kBlocked
@@ -217,6 +230,8 @@ Robot read_robot(const std::filesystem::path& file) {
   read_gait(section.section("gait"), robot.mission.gait);
   read_body(section.section("body"), robot.mission.outline);
   read_map(section.section("map"), robot);
+  if (const auto localisation = section.section_if("localisation"))
+    read_localisation(*localisation, robot.localisation);
   read_planner(section.section("planner"), robot.mission.planner);
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "hal/head_kinematics.h"
+#include "runtime/localisation.h"
 #include "runtime/lockstep.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
@@ -31,6 +32,7 @@ struct Robot {
   double map_margin = 1.0;        ///< around the floor in use [m]
   Eigen::Vector2d map_height{-0.4, 2.4};
   runtime::MapperConfig mapper;  ///< `voxels` gets its box when the floor in use is known
+  runtime::LocalisationConfig localisation;
   runtime::MissionConfig mission;
   nav::StepStackConfig steps;
   SimulationConfig simulation;

@@ -146,6 +146,8 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["seed"] = session.options().seed;
   report["sight"] = session.options().range_mode ? "range" : "stereo";
   report["replan"] = session.options().replan;
+  report["localise"] = session.robot().localisation.use && session.options().localise;
+  report["drift"] = session.options().drift;
   report["goal"] = {rounded(session.goal().position.x()), rounded(session.goal().position.y())};
   report["arrived"] = outcome.arrived;
   report["end"] = outcome.end;
@@ -153,6 +155,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["goal_error_m"] = rounded(outcome.goal_error);
   report["goal_yaw_error_deg"] = rounded(outcome.goal_yaw_error * kDegrees, 2);
   report["odometry_error_m"] = rounded(outcome.odometry_error);
+  report["map_error_m"] = rounded(outcome.map_error);
   report["collisions"] = outcome.collision ? 1 : 0;
   report["falls"] = outcome.fallen ? 1 : 0;
   report["zmp_margin_m"] = rounded(session.body().body().smallest_margin());
@@ -167,6 +170,9 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
                       {"lost", frames.lost},
                       {"no_pose", frames.no_pose},
                       {"unusable", frames.unusable}};
+  const auto& aligned = session.frame_loop().localisation().counters();
+  report["views_aligned"] = {
+      {"whole", aligned.whole}, {"partly", aligned.partly}, {"refused", aligned.refused}};
   report["bus"] = {{"cycles", bus.cycles},
                    {"missed", bus.missed},
                    {"frames", bus.frames},

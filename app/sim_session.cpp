@@ -76,6 +76,13 @@ void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
       std::min(walking.preview.window, 2 * walking.shortest_step - walking.double_support);
 }
 
+/// The seed's two lowest bits draw whether strides are longer or shorter, and to which side steps turn.
+void drift(const nav::GaitLimits& gait, double share, std::uint64_t seed, sim::BodyConfig& body) {
+  const bool longer = seed % 2 == 1, left = seed / 2 % 2 == 1;
+  body.stride_scale *= longer ? 1 + share : 1 - share;
+  body.yaw_per_step += (left ? share : -share) * gait.yaw;
+}
+
 sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   sim::RobotConfig config;
   config.kinematics = robot.mission.neck;
@@ -83,6 +90,7 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   config.frame_rate = robot.simulation.frame_rate;
   config.body = robot.simulation.body;
   config.body.seed = options.seed;
+  drift(robot.mission.gait, options.drift, options.seed, config.body);
   config.body.chest.height = robot.chest_height;
   config.control.chest.height = robot.chest_height;
   allow(robot.mission.gait, config.control);
@@ -140,8 +148,10 @@ runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
   return config;
 }
 
-runtime::FrameLoopConfig frame_config(const Robot& robot) {
+runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& options) {
   runtime::FrameLoopConfig config;
+  config.localisation = robot.localisation;
+  config.localisation.use &= options.localise;
   config.neck = robot.mission.neck;
   config.camera_time_offset = robot.camera_time_offset;
   config.budget = seconds(1 / robot.simulation.frame_rate);
@@ -182,7 +192,7 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
       mapper_(robot_.mapper, world.start),
       mission_(mission_config(robot_, options), mapper_.floor().grid),
       bus_loop_(bus_config(robot_, world.start), body_.bus(), head_, walker_, *links_),
-      frames_(frame_config(robot_), make_eyes(), mapper_, mission_, *links_, stopwatch_),
+      frames_(frame_config(robot_, options), make_eyes(), mapper_, mission_, *links_, stopwatch_),
       lockstep_(
           {sim::SimRobot::kPeriod, robot_.simulation.charge}, clock_, [this](Time now) { move_world(now); },
           bus_loop_, frames_) {
@@ -240,15 +250,20 @@ void SimSession::move_world(Time now) {
 }
 
 void SimSession::note() {
+  const Pose2 map_from_odom = frames_.localisation().map_from_odom();
   runtime::StepRecord record;
-  while (links_->steps.pop(record)) steps_.push_back(record);
+  while (links_->steps.pop(record)) {
+    record.landing = map_from_odom * record.landing;
+    steps_.push_back(record);
+  }
   if (events_.empty() || events_.back().state != mission_.state())
-    events_.push_back({clock_.now(), mission_.state(), links_->report.value().committed.stance.base()});
+    events_.push_back(
+        {clock_.now(), mission_.state(), map_from_odom * links_->report.value().committed.stance.base()});
   if (clock_.now().time_since_epoch() % seconds(0.1) != Duration(0)) return;
   trail_.truth.push_back(body_.stance().base());
   const Eigen::Isometry3d chest = walker_.chest().odom_from_chest;
-  trail_.believed.push_back({chest.translation().x(), chest.translation().y(),
-                             std::atan2(chest.linear()(1, 0), chest.linear()(0, 0))});
+  trail_.believed.push_back(map_from_odom * Pose2{chest.translation().x(), chest.translation().y(),
+                                                  std::atan2(chest.linear()(1, 0), chest.linear()(0, 0))});
   if (progress_) progress_();
 }
 
@@ -288,7 +303,10 @@ SimOutcome SimSession::judge(std::string end) const {
     out.reason = fmt::format("believes to be at the goal, and is {:.2f} m and {:.1f} degrees off it",
                              out.goal_error, out.goal_yaw_error * 180 / std::numbers::pi);
   }
-  out.odometry_error = (base.position() - links_->report.value().committed.stance.base().position()).norm();
+  const Pose2 by_odometry = links_->report.value().committed.stance.base();
+  out.odometry_error = (base.position() - by_odometry.position()).norm();
+  out.map_error =
+      (base.position() - (frames_.localisation().map_from_odom() * by_odometry).position()).norm();
   out.walked = body_.path_walked();
   out.seconds = to_seconds(clock_.now());
   return out;

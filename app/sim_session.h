@@ -26,6 +26,11 @@ namespace headway::app {
 struct SimOptions {
   bool range_mode = false;  ///< depth straight from the ray caster instead of two images and a matcher
   bool replan = true;
+  bool localise = true;  ///< false: odometry is taken for the truth, whatever the robot file says
+  /// Odometry that drifts by so much, beside what the robot file says: strides longer or shorter by this
+  /// share, and each step turned too far, left or right, by this share of the widest turn. The seed draws
+  /// which.
+  double drift = 0;
   std::optional<nav::Goal> goal;    ///< instead of the world's
   std::uint64_t seed = 1;           ///< of all noise in the simulated robot
   Duration longest = seconds(400);  ///< simulated time after which a run is given up
@@ -46,7 +51,8 @@ struct SimOutcome {
   std::string reason;         ///< why it stopped, for people
   double goal_error = 0;      ///< true distance of the base from the goal [m]
   double goal_yaw_error = 0;  ///< [rad]; 0 without a wished yaw
-  double odometry_error = 0;  ///< true base against the believed one [m]
+  double odometry_error = 0;  ///< true base against where odometry has it [m]
+  double map_error = 0;       ///< and against where it is believed to be in the map [m]
   double walked = 0;          ///< way of the base [m]
   double seconds = 0;         ///< simulated
 };
@@ -96,7 +102,7 @@ class SimSession {
   const runtime::Links& links() const { return *links_; }
   const drivers::CanWalker& walker() const { return walker_; }
   const PrecisionCheck::Result& precision() const { return precision_.result(); }
-  const std::vector<runtime::StepRecord>& steps() const { return steps_; }
+  const std::vector<runtime::StepRecord>& steps() const { return steps_; }  ///< landings in the map frame
   const SimTrail& trail() const { return trail_; }
   const std::vector<SimEvent>& events() const { return events_; }
   const std::vector<SimSightFinding>& sight_findings() const { return sight_findings_; }

@@ -3,6 +3,9 @@
 #include <utility>
 
 namespace headway::runtime {
+namespace {
+constexpr int kStepsSure = 4;  // while the head looks elsewhere
+}
 
 FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, Mission& mission,
                      Links& links, const hal::Clock& stopwatch)
@@ -11,7 +14,9 @@ FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, 
       mapper_(mapper),
       mission_(mission),
       links_(links),
-      stopwatch_(stopwatch) {}
+      stopwatch_(stopwatch),
+      localisation_(config.localisation, mapper.voxels()),
+      glance_(config.localisation.glance) {}
 
 bool FrameLoop::work(Time now) {
   take_samples();
@@ -58,16 +63,43 @@ std::optional<FrameLoop::Pose> FrameLoop::pose_at(Time t) const {
   return Pose{*chest, *head};
 }
 
+/// Footsteps are relative to each other, so those that are planned in the map need no conversion, and those
+/// already sent stay what they are: only where the committed ones end is another place in the map.
+BusReport FrameLoop::report_in_map() const {
+  BusReport report = links_.report.value();
+  hal::Stance& stance = report.committed.stance;
+  stance = {localisation_.steady() * stance.left, localisation_.steady() * stance.right};
+  return report;
+}
+
+/// Looks up from the way now and then while the next steps are sure.
+void FrameLoop::glance(Time now, const BusReport& bus) {
+  const bool sure = order_.plan.complete || order_.plan.count >= kStepsSure;
+  const bool walks = mission_.state() == MissionState::kWalk && !bus.committed.at_rest;
+  if (walks && sure)
+    order_.look = glance_.direct(order_.look, localisation_.drift().covariance(),
+                                 localisation_.drift().map_from_robot().yaw, now);
+  else
+    glance_.end(now);
+}
+
 void FrameLoop::use(Time now, const Pose& pose) {
   const Time begin = stopwatch_.now();
   const vision::RangeView& view = eyes_.see();
   const Time seen = stopwatch_.now();
-  const Eigen::Isometry3d map_from_view =
-      pose.map_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
+  const Eigen::Isometry3d odom_from_view =
+      pose.odom_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
   std::string blind = eyes_.fault();
   const bool faulty = !blind.empty();
+  if (!faulty) localisation_.see(view, odom_from_view, pose.odom_from_chest, waiting_->exposure);
+  const Eigen::Isometry3d map_from_odom = localisation_.map_from_odom().lifted();
+  const Eigen::Isometry3d map_from_view = map_from_odom * odom_from_view,
+                          map_from_chest = map_from_odom * pose.odom_from_chest;
   nav::IntegrationStats integration;
-  if (!faulty) integration = mapper_.integrate(view, map_from_view, pose.map_from_chest, waiting_->exposure);
+  if (!faulty) {
+    integration = mapper_.integrate(view, map_from_view, map_from_chest, waiting_->exposure);
+    localisation_.learn();
+  }
   const Time mapped = stopwatch_.now();
   mapper_.project();
   const Time projected = stopwatch_.now();
@@ -76,16 +108,17 @@ void FrameLoop::use(Time now, const Pose& pose) {
     last_look_ = waiting_->exposure;
   else
     ++counters_.unusable;
-  const BusReport& bus = links_.report.value();
-  order_ = mission_.update(
-      {now, last_look_, std::move(blind), faulty, pose.head, pose.map_from_chest, bus, mapper_});
+  const BusReport bus = report_in_map();
+  order_ =
+      mission_.update({now, last_look_, std::move(blind), faulty, pose.head, map_from_chest, bus, mapper_});
+  glance(now, bus);
   const Time planned = stopwatch_.now();
 
   times_ = {seen - begin, mapped - seen, projected - mapped, planned - projected};
   ++counters_.frames;
   if (times_.total() > config_.budget) ++counters_.late;
   if (observer_)
-    observer_({*waiting_, view, eyes_.picture(), map_from_view, pose.map_from_chest, mapper_, mission_, bus,
+    observer_({*waiting_, view, eyes_.picture(), map_from_view, map_from_chest, mapper_, mission_, bus,
                order_, integration, times_});
 }
 

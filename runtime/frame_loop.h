@@ -9,6 +9,7 @@
 #include "hal/pose_history.h"
 #include "runtime/eyes.h"
 #include "runtime/links.h"
+#include "runtime/localisation.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
 
@@ -20,11 +21,12 @@ struct FrameLoopConfig {
   Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
   Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
   Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late
+  LocalisationConfig localisation{};
 };
 
 /// Time spent on each stage of one frame.
 struct StageTimes {
-  Duration see{}, map{}, floor{}, plan{};
+  Duration see{}, map{}, floor{}, plan{};  ///< map: aligned with it and taken in
   Duration total() const { return see + map + floor + plan; }
 };
 
@@ -45,7 +47,7 @@ struct FrameSnapshot {
   const Eigen::Isometry3d& map_from_chest;
   const Mapper& mapper;
   const Mission& mission;
-  const BusReport& bus;
+  const BusReport& bus;  ///< as the mission was told: its stance in the map frame
   const MotionOrder& order;
   const nav::IntegrationStats& integration;
   const StageTimes& times;
@@ -67,15 +69,18 @@ class FrameLoop {
 
   const FrameLoopCounters& counters() const { return counters_; }
   const StageTimes& times() const { return times_; }
+  const Localisation& localisation() const { return localisation_; }
 
  private:
   struct Pose {
-    Eigen::Isometry3d map_from_chest;
+    Eigen::Isometry3d odom_from_chest;
     hal::HeadAngles head;
   };
   void take_samples();
   void take_frame();
   std::optional<Pose> pose_at(Time t) const;
+  BusReport report_in_map() const;
+  void glance(Time now, const BusReport& bus);
   void use(Time now, const Pose& pose);
 
   FrameLoopConfig config_;
@@ -85,6 +90,8 @@ class FrameLoop {
   Links& links_;
   const hal::Clock& stopwatch_;
   FrameObserver observer_;
+  Localisation localisation_;
+  Glance glance_;
   hal::ChestHistory chest_;
   hal::HeadHistory head_;
   std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet

@@ -31,19 +31,27 @@ class FakeEyes final : public Eyes {
     if (clock_.now() < next_) return std::nullopt;
     next_ = clock_.now() + seconds(kFrame);
     exposure_ = clock_.now() - late;
-    pose_ = walker_.chest().odom_from_chest * neck().chest_from_camera(head_.state().position);
+    pose_ = truth(walker_.chest().odom_from_chest) * neck().chest_from_camera(head_.state().position);
     return FrameStamp{exposure_, sequence_++};
   }
   const vision::RangeView& see() override {
-    view_ = look({}, pose_, covered);
+    view_ = look(boxes, pose_, covered);
     return view_;
   }
   Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
   const std::string& fault() const override { return fault_; }
   void break_down(std::string fault) { fault_ = std::move(fault); }
 
+  /// Where the chest really is.
+  Eigen::Isometry3d truth(Eigen::Isometry3d odom_from_chest) const {
+    odom_from_chest.translation().x() *= stride;
+    return odom_from_chest;
+  }
+
   bool covered = false;
   Duration late{};  ///< of the exposure behind its delivery
+  Boxes boxes;
+  double stride = 1;  ///< true length of a way along x over that which odometry tells
 
  private:
   const hal::Clock& clock_;
@@ -184,6 +192,31 @@ TEST(FrameLoop, HandsOverAPlanTooLateForItsFirstStepAndIsRefusedIt) {
       {.charge = {.see = seconds(0.9)}}, robot.clock, [](Time) {}, robot.bus_loop, robot.frames);
   for (int i = 0; i < 600; ++i) slow.step();
   EXPECT_GE(robot.bus_loop.counters().plans_late, 1U);
+}
+
+/// Where a robot whose strides are short by 5 % comes to rest that is sent 3 m ahead.
+double place_reached(bool localise, LocalisationCounters& views) {
+  Robot robot;
+  robot.eyes.stride = 0.95;
+  robot.eyes.boxes = {box(4.4, 4.8, -2.2, 2.2, 2), box(-1.4, 4.4, 2, 2.2, 2), box(-1.4, 4.4, -2.2, -2, 2)};
+  FrameLoopConfig config{.neck = neck()};
+  config.localisation.use = localise;
+  FrameLoop frames(config, robot.eyes, robot.mapper, robot.mission, robot.links, robot.clock);
+  Lockstep lockstep(
+      {.charge = {.see = seconds(0.05)}}, robot.clock, [](Time) {}, robot.bus_loop, frames);
+  robot.mission.set_goal({{3, 0}, std::nullopt});
+  for (int i = 0; i < 12000 && robot.mission.state() != MissionState::kArrived; ++i) lockstep.step();
+  EXPECT_EQ(robot.mission.state(), MissionState::kArrived) << robot.mission.reason();
+  views = frames.localisation().counters();
+  return robot.walker.stance.base().x * robot.eyes.stride;
+}
+
+TEST(FrameLoop, ArrivesThoughOdometryDrifts) {
+  LocalisationCounters with, without;
+  EXPECT_NEAR(place_reached(true, with), 3, 0.06);
+  EXPECT_LT(place_reached(false, without), 2.90) << "or there was nothing to find";
+  EXPECT_GT(with.whole + with.partly, 50U);
+  EXPECT_EQ(without.whole + without.partly + without.refused, 0U);
 }
 
 /// A camera that delivers one frame of a size.

@@ -1,0 +1,61 @@
+#include "runtime/localisation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace headway::runtime {
+namespace {
+
+Pose2 on_floor(const Eigen::Isometry3d& pose) {
+  return {pose.translation().x(), pose.translation().y(),
+          std::atan2(pose.linear()(1, 0), pose.linear()(0, 0))};
+}
+
+}  // namespace
+
+Localisation::Localisation(const LocalisationConfig& config, const nav::VoxelMap& map)
+    : config_(config),
+      map_(map),
+      surfaces_(map.resolution()),
+      localiser_(config.localise),
+      drift_(config.drift) {
+  config.patches.validate();
+}
+
+void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
+                       const Eigen::Isometry3d& odom_from_chest, Time stamp) {
+  alignment_ = {};
+  if (!config_.use) return;
+  nav::view_patches(view, config_.patches, patches_);
+  odom_from_view_ = odom_from_view;
+  drift_.move(on_floor(odom_from_chest), stamp);
+  if (drift_.covariance().isZero()) return;  // nothing can be off before the robot moves
+  const Pose2 robot = drift_.map_from_robot();
+  alignment_ = localiser_.align(map_, surfaces_, patches_, drift_.map_from_odom().lifted() * odom_from_view,
+                                robot.position(), drift_.covariance());
+  drift_.correct(alignment_);
+  count();
+  const Pose2 planned = steady_ * drift_.map_from_odom().inverse() * drift_.map_from_robot();
+  const Pose2 now = drift_.map_from_robot();
+  if ((planned.position() - now.position()).norm() > config_.steady_shift ||
+      std::abs(wrap_angle(planned.yaw - now.yaw)) > config_.steady_turn)
+    steady_ = drift_.map_from_odom();
+}
+
+void Localisation::learn() {
+  if (!config_.use) return;
+  const Eigen::Matrix3d& c = drift_.covariance();
+  surfaces_.add(patches_, drift_.map_from_odom().lifted() * odom_from_view_, map_,
+                {std::max(c(0, 0), c(1, 1)), c(2, 2)});
+}
+
+void Localisation::count() {
+  if (alignment_.aligned == nav::Aligned::kWhole)
+    ++counters_.whole;
+  else if (alignment_)
+    ++counters_.partly;
+  else
+    ++counters_.refused;
+}
+
+}  // namespace headway::runtime

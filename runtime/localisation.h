@@ -1,0 +1,71 @@
+// Keeps the odometry's drift by looking: each view is aligned with the map before it becomes part of it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "hal/pose2.h"
+#include "nav/localise.h"
+#include "nav/surface_points.h"
+#include "nav/view_patches.h"
+#include "nav/voxel_map.h"
+#include "runtime/drift.h"
+#include "runtime/glance.h"
+#include "vision/range_view.h"
+
+namespace headway::runtime {
+
+struct LocalisationConfig {
+  bool use = true;  ///< false: odometry is taken for the truth
+  nav::PatchConfig patches;
+  nav::LocaliseConfig localise;
+  DriftConfig drift;
+  GlanceConfig glance;
+  // Plans are made again from the corrected place when it has moved farther than this:
+  double steady_shift = 0.01;  ///< [m]
+  double steady_turn = 0.01;   ///< [rad]
+};
+
+/// Views with a result, by what it was.
+struct LocalisationCounters {
+  std::uint64_t whole = 0, partly = 0, refused = 0;
+};
+
+/// Aligns, filters and remembers, frame by frame; map and odometry are one until the robot moves.
+class Localisation {
+ public:
+  /// `map` must outlive this.
+  Localisation(const LocalisationConfig& config, const nav::VoxelMap& map);
+
+  /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`.
+  void see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
+           const Eigen::Isometry3d& odom_from_chest, Time stamp);
+  /// Remembers the surfaces of the view seen last, which is part of the map now.
+  void learn();
+
+  /// The newest correction.
+  Pose2 map_from_odom() const { return drift_.map_from_odom(); }
+  /// The correction that plans rest on: it stays until the newest one moves the robot noticeably.
+  const Pose2& steady() const { return steady_; }
+  const Drift& drift() const { return drift_; }
+  /// Of the view seen last; empty when it was not aligned.
+  const nav::Alignment& alignment() const { return alignment_; }
+  const LocalisationCounters& counters() const { return counters_; }
+
+ private:
+  void count();
+
+  LocalisationConfig config_;
+  const nav::VoxelMap& map_;
+  nav::SurfacePoints surfaces_;
+  nav::Localiser localiser_;
+  Drift drift_;
+  std::vector<nav::Patch> patches_;
+  Eigen::Isometry3d odom_from_view_ = Eigen::Isometry3d::Identity();
+  nav::Alignment alignment_;
+  Pose2 steady_;
+  LocalisationCounters counters_;
+};
+
+}  // namespace headway::runtime
