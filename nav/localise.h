@@ -24,11 +24,11 @@ struct LocaliseConfig {
   double steepest = 0.5;       ///< |z| of a normal that tells of the drift
   /// A direction is determined when the surfaces that face it have at least this share of the whole weight,
   /// and more than the errors of their normals could feign.
-  double least_facing = 0.003;
+  double least_facing = 0.005;
   double place_sigma = 0.002;  ///< of a plane's place, however often it was measured [m]
   // What all patches of a view err alike, by the neck and the calibration:
-  double shift_sigma = 0.002;  ///< along x and y [m]
-  double turn_sigma = 0.001;   ///< about the vertical [rad]
+  double shift_sigma = 0.003;  ///< along x and y [m]
+  double turn_sigma = 0.002;   ///< about the vertical [rad]
   int iterations = 15;         ///< at most
 
   /// Throws InputError when a value is out of bounds.

@@ -12,8 +12,9 @@ constexpr double kEnough = 1 / (0.001 * 0.001);  // weight at which a voxel's me
 constexpr double kMostOfOne = kEnough / 16;      // no single point decides
 constexpr LogOdds kSurelyEmpty = log_odds::kLowest / 2;
 constexpr float kFewest = 6;       // points of a plane
-constexpr double kFlat = 0.15;     // standard deviation across a plane beyond noise, in voxels
+constexpr double kFlat = 0.1;      // standard deviation across a plane beyond noise, in voxels
 constexpr double kWide = 0.3;      // and along it
+constexpr double kNoisy = 1.5;     // noise may be so much more than its variance
 constexpr double kMostTilt = 0.1;  // of a normal that says anything [rad]
 constexpr double kNeighbours = 9;  // voxels on a plane that share the points of one
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
@@ -168,7 +169,7 @@ std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, c
   const Eigen::Vector3d spread = axes.eigenvalues();
   const double noise = static_cast<double>(count) / weight;  // variance of one point
   const double flat = kFlat * resolution_, wide = kWide * resolution_;
-  if (spread[0] > flat * flat + 2 * noise || spread[1] < wide * wide + noise) return std::nullopt;
+  if (spread[0] > flat * flat + kNoisy * noise || spread[1] < wide * wide + noise) return std::nullopt;
   const double tilt = std::sqrt(std::max(noise, spread[0]) / (static_cast<double>(count) * spread[1]));
   if (tilt > kMostTilt) return std::nullopt;
   return SurfacePlane{point, axes.eigenvectors().col(0), std::sqrt(kNeighbours / weight), tilt,

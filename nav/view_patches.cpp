@@ -1,6 +1,6 @@
 #include "nav/view_patches.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -92,28 +92,35 @@ class Square {
 /// Inverse depth in the middle of a square and its standard deviation, by least squares; nothing when the
 /// pixels do not lie on one plane. Planes are linear in inverse depth.
 std::optional<Eigen::Vector2d> fit(const std::vector<Pixel>& pixels, const PatchConfig& config) {
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  double variance = 0;
+  double u = 0, v = 0, uu = 0, uv = 0, vv = 0, w = 0, uw = 0, vw = 0, variance = 0;
   for (const Pixel& p : pixels) {
-    const Eigen::Vector3d row(1, p.du, p.dv);
-    squares += row * row.transpose();
-    right += row * p.w;
+    u += p.du;
+    v += p.dv;
+    uu += p.du * p.du;
+    uv += p.du * p.dv;
+    vv += p.dv * p.dv;
+    w += p.w;
+    uw += p.du * p.w;
+    vw += p.dv * p.w;
     variance += p.sigma * p.sigma;
   }
-  const Eigen::LDLT<Eigen::Matrix3d> solver(squares);
-  const Eigen::Vector3d plane = solver.solve(right);
   const double count = static_cast<double>(pixels.size());
+  Eigen::Matrix3d squares;
+  squares << count, u, v, u, uu, uv, v, uv, vv;
+  const Eigen::Matrix3d inverse = squares.inverse();
+  const Eigen::Vector3d plane = inverse * Eigen::Vector3d(w, uw, vw);
   variance /= count;
-  double residuals = 0;
+  const double most = kOnPlane * kOnPlane * variance;
+  double residuals = 0, largest = 0;
   for (const Pixel& p : pixels) {
-    const double r = p.w - plane.dot(Eigen::Vector3d(1, p.du, p.dv));
-    if (r * r > kOnPlane * kOnPlane * variance) return std::nullopt;
+    const double r = p.w - plane[0] - plane[1] * p.du - plane[2] * p.dv;
     residuals += r * r;
+    largest = std::max(largest, r * r);
   }
-  if (!(residuals <= kMisfit * kMisfit * variance * count) || !(plane[0] > 0)) return std::nullopt;
+  if (!(largest <= most && residuals <= kMisfit * kMisfit * variance * count && plane[0] > 0))
+    return std::nullopt;
   // The middle of a square that is not full is less sure than the mean.
-  const double spread = solver.solve(Eigen::Vector3d::UnitX())[0] * count;
+  const double spread = inverse(0, 0) * count;
   const double independent =
       std::clamp(count / (config.correlation * config.correlation), 1.0, config.most_independent);
   return Eigen::Vector2d(plane[0], std::sqrt(variance * spread / independent));
@@ -144,9 +151,12 @@ void view_patches(const vision::RangeView& view, const PatchConfig& config, std:
     for (int u = 0; u + edge <= c.width; u += edge) {
       square.gather(view, u, v, config.least_weight);
       if (square.pixels().size() < least) continue;
-      square.leave_one_surface();
-      if (square.pixels().size() < least) continue;
-      const auto found = fit(square.pixels(), config);
+      auto found = fit(square.pixels(), config);
+      if (!found) {
+        square.leave_one_surface();
+        if (square.pixels().size() < least) continue;
+        found = fit(square.pixels(), config);
+      }
       if (!found) continue;
       const double z = 1 / found->x();
       if (z > view.far) continue;

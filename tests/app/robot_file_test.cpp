@@ -51,6 +51,17 @@ TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
               "simulation.body.stride_scale: must lie between 0.5 and 1.5");
 }
 
+TEST(RobotFile, SaysHowOdometryDrifts) {
+  const runtime::LocalisationConfig localisation = read_robot(kRobot).localisation;
+  EXPECT_TRUE(localisation.use);
+  EXPECT_EQ(localisation.drift.stride, 0.03);
+  EXPECT_NEAR(localisation.drift.swerve, 0.004, 0.0001);
+  EXPECT_THAT(fault_of("localisation:", "use", "use: perhaps"), HasSubstr("localisation.use: 'perhaps'"));
+  EXPECT_THAT(fault_of("localisation:", "shift_sigma", "shift_sigma: 0"),
+              HasSubstr("localisation.shift_sigma: '0', expected"));
+  EXPECT_THAT(fault_of("localisation:", "stride", "strides: 0.1"), HasSubstr("strides"));
+}
+
 TEST(RobotFile, SaysHowTheRobotLooksAround) {
   const Robot robot = read_robot(kRobot);
   ASSERT_TRUE(robot.mission.next_view);

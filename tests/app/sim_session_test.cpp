@@ -65,6 +65,32 @@ TEST(SimSession, ReportsWhatWasWrongWithTheCamerasSight) {
   EXPECT_GE(blurred[0]["frames"], 5);
 }
 
+TEST(SimSession, FollowsOdometryThatItIsToldToTrust) {
+  SimOptions options = range_mode();
+  options.localise = false;
+  SimSession session(hrp2(), empty_room(), options);
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_EQ(outcome.map_error, outcome.odometry_error);
+  const runtime::LocalisationCounters& views = session.frame_loop().localisation().counters();
+  EXPECT_EQ(views.whole + views.partly + views.refused, 0U);
+}
+
+TEST(SimSessionSlow, KeepsItsPlaceWhileOdometryDrifts) {
+  // The seeds draw short and long strides, and swerves to both sides.
+  for (const std::uint64_t seed : {4, 5, 6, 7}) {
+    SimOptions options = range_mode(seed);
+    options.drift = 0.02;
+    SimSession session(hrp2(), world("lab"), options);
+    const SimOutcome outcome = session.run();
+    EXPECT_TRUE(outcome.arrived) << seed << ": " << outcome.reason;
+    EXPECT_LE(outcome.goal_error, 0.07) << seed;
+    EXPECT_LE(outcome.map_error, 0.06) << seed;
+    EXPECT_GE(outcome.odometry_error, 0.15) << seed << ": or there was nothing to find";
+    EXPECT_NEAR(session.frame_loop().localisation().drift().stride(), seed % 2 == 1 ? 0.02 : -0.02, 0.01);
+  }
+}
+
 TEST(SimSessionSlow, LooksThroughBothCamerasOnTheWay) {
   SimOptions options = range_mode();
   options.range_mode = false;
