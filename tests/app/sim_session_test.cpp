@@ -145,12 +145,23 @@ TEST(SimSessionSlow, GivesTheSameReportForTheSameSeed) {
 TEST(SimSessionSlow, HasNotArrivedWhenItOnlyBelievesSo) {
   Robot robot = hrp2();
   robot.simulation.body.stride_scale = 0.85;  // walks less far than it counts
-  SimSession session(robot, empty_room(), range_mode());
+  SimOptions options = range_mode();
+  options.localise = false;
+  SimSession session(robot, empty_room(), options);
   const SimOutcome outcome = session.run();
   EXPECT_FALSE(outcome.arrived);
   EXPECT_EQ(outcome.end, "missed");
   EXPECT_GT(outcome.goal_error, kArrivedWithin);
   EXPECT_NE(outcome.reason.find("believes to be at the goal"), std::string::npos) << outcome.reason;
+}
+
+TEST(SimSessionSlow, ArrivesWithStridesMuchShorterThanItCounts) {
+  Robot robot = hrp2();
+  robot.simulation.body.stride_scale = 0.85;
+  SimSession session(robot, empty_room(), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_GT(outcome.odometry_error, kArrivedWithin);
 }
 
 TEST(SimSessionSlow, WalksInTheStepsThatTheRobotFileAsksFor) {
