@@ -211,7 +211,7 @@ class Reconstruction {
     report_["bad_2"] = rounded(quality.bad_2);
     report_["inlier_rms_px"] = rounded(quality.inlier_rms);
     report_["coverage_3_sigma"] = rounded(quality.coverage_3_sigma);  // each counted with its inlier weight
-    report_["ambiguity_auc"] = rounded(quality.ambiguity_auc);
+    report_["weight_auc"] = rounded(quality.weight_auc);
     report_["coverage_3_sigma_of_inliers"] = rounded(quality.inlier_coverage);
     report_["sigma_px"] = {{"p10", rounded(quality.sigma_p10)},
                            {"median", rounded(quality.sigma_median)},

@@ -10,6 +10,7 @@
 #include "vision/census_matcher.h"
 #include "vision/cv_image.h"
 #include "vision/disparity_sigma.h"
+#include "vision/doubt.h"
 #include "vision/evaluation.h"
 #include "vision/match_weight.h"
 
@@ -73,7 +74,7 @@ BENCHMARK(matcher_time)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 /// matcher_bad2h_NAME and sgbm_bad2h_NAME: the percentage of pixels with a truth that are off by more than 2
 /// px or not matched; ending in _shift, the same where the right image is half a row lower. matcher_auc_NAME:
-/// how well the ambiguity predicts errors of more than 2 px. Of the real pairs that the matcher was made
+/// how well the weight predicts errors of more than 2 px. Of the real pairs that the matcher was made
 /// with, and of others that it was not.
 void matcher_errors(benchmark::State& state) {
   std::vector<TruePair> all = real_pairs();
@@ -86,6 +87,7 @@ void matcher_errors(benchmark::State& state) {
       for (const bool shifted : {false, true}) {
         const hal::GrayImage& right = shifted ? pair.right_askew : pair.right;
         vision::DisparityImage found = by_census(pair, right);
+        estimate_doubt({}, found);
         estimate_sigma({}, found);
         estimate_weight({}, found);
         const vision::MatchQuality ours = compare(found, pair.truth);
@@ -94,7 +96,7 @@ void matcher_errors(benchmark::State& state) {
         state.counters["sgbm_bad2h_" + key] =
             100 * compare(by_sgbm(pair, right), pair.truth).wrong_or_missing();
         if (shifted) continue;
-        state.counters["matcher_auc_" + pair.name] = ours.ambiguity_auc;
+        state.counters["matcher_auc_" + pair.name] = ours.weight_auc;
         state.counters["coverage_3_sigma_" + pair.name] = ours.coverage_3_sigma;
       }
 }

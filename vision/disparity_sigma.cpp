@@ -33,10 +33,10 @@ float together(float a, float b) { return std::sqrt(a * a + b * b); }
 
 void estimate_sigma(const SigmaModel& model, DisparityImage& disparity) {
   const auto base = static_cast<float>(model.base), jump = static_cast<float>(model.jump);
-  const auto clear = static_cast<float>(model.clear), ambiguous = static_cast<float>(model.ambiguous);
+  const auto clear = static_cast<float>(model.clear), doubtful = static_cast<float>(model.doubtful);
   const auto base_at = [&](std::size_t i) {
-    if (disparity.ambiguity.empty()) return base;
-    return base * (clear + ambiguous * disparity.ambiguity[i] * disparity.ambiguity[i]);
+    if (disparity.doubt.empty()) return base;
+    return base * (clear + doubtful * disparity.doubt[i] * disparity.doubt[i]);
   };
   disparity.sigma.assign(disparity.values.size(), DisparityImage::kNone);
   for (int v = 0; v < disparity.height; ++v)

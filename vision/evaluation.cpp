@@ -59,7 +59,7 @@ struct Counts {
   std::size_t inliers_covered = 0, hidden = 0, at_edge = 0, elsewhere = 0;
   double squares = 0, z_squares = 0;
   double weight = 0, covered_weight = 0;
-  std::vector<float> sigmas, right_ambiguity, wrong_ambiguity;
+  std::vector<float> sigmas, right_weights, wrong_weights;
 
   void add_error(float error) {
     ++matched;
@@ -87,16 +87,16 @@ double percentile(std::vector<float>& values, double p) {
   return static_cast<double>(*place);
 }
 
-/// How often one of `wrong` is above one of `right`; ties count half.
+/// How often one of `wrong` is below one of `right`; ties count half.
 double auc(std::vector<float>& right, std::vector<float>& wrong) {
   if (right.empty() || wrong.empty()) return 0;
   std::sort(right.begin(), right.end());
-  double above = 0;
+  double below = 0;
   for (const float a : wrong) {
     const auto [first, last] = std::equal_range(right.begin(), right.end(), a);
-    above += static_cast<double>(first - right.begin()) + 0.5 * static_cast<double>(last - first);
+    below += static_cast<double>(right.end() - last) + 0.5 * static_cast<double>(last - first);
   }
-  return above / (static_cast<double>(right.size()) * static_cast<double>(wrong.size()));
+  return below / (static_cast<double>(right.size()) * static_cast<double>(wrong.size()));
 }
 
 double rms(double squares, std::size_t count) {
@@ -112,7 +112,7 @@ MatchQuality summary(Counts& n) {
   q.inlier_rms = rms(n.squares, inliers);
   q.outside_hidden = share(n.hidden, outside), q.outside_at_edge = share(n.at_edge, outside);
   q.outside_elsewhere = share(n.elsewhere, outside);
-  q.ambiguity_auc = auc(n.right_ambiguity, n.wrong_ambiguity);
+  q.weight_auc = auc(n.right_weights, n.wrong_weights);
   if (n.sigmas.empty()) return q;
   q.coverage_3_sigma = n.weight > 0 ? n.covered_weight / n.weight : 0;
   q.inlier_coverage = share(n.inliers_covered, inliers);
@@ -141,8 +141,8 @@ MatchQuality compare(const DisparityImage& found, const DisparityImage& truth) {
       if (std::isnan(found.values[i])) continue;
       const float error = std::abs(found.values[i] - d);
       n.add_error(error);
-      if (!found.ambiguity.empty())
-        (error > kGross ? n.wrong_ambiguity : n.right_ambiguity).push_back(found.ambiguity[i]);
+      if (!found.weight.empty())
+        (error > kGross ? n.wrong_weights : n.right_weights).push_back(found.weight[i]);
       const double weight = found.weight.empty() ? 1 : static_cast<double>(found.weight[i]);
       if (found.sigma.empty() || n.add_sigma(error, found.sigma[i], weight)) continue;
       if (hidden(truth, seen, u, d))

@@ -19,10 +19,9 @@ struct MatchQuality {
   double inlier_rms = 0;  ///< rms error [px] of those off by at most 2 px
   /// Share of the matched (with a sigma) within 3 sigma of the truth, each counted with its weight.
   double coverage_3_sigma = 0;
-  /// Area under the curve of right against wrong matches, as the bar of ambiguity is raised: how often, of a
-  /// match off by more than 2 px and one that is not, the former is the more ambiguous. 0 without
-  /// ambiguities.
-  double ambiguity_auc = 0;
+  /// Area under the curve of right against wrong matches, as the bar of weight is raised: how often, of a
+  /// match off by more than 2 px and one that is not, the former has less weight. 0 without weights.
+  double weight_auc = 0;
   double inlier_coverage =
       0;  ///< the same, of those off by at most 2 px: what the Gaussian is meant to describe
   double inlier_z_rms = 0;  ///< rms of error / sigma of those: 1 when sigma is right

@@ -25,6 +25,7 @@ DisparityRange search_range(RectifiedRig rig, const VisionConfig& config) {
 
 StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
     : rectifier_(rig, config.scale),
+      doubt_(config.doubt),
       sigma_(config.sigma),
       weight_(config.weight),
       veils_(config.veils),
@@ -46,6 +47,7 @@ void StereoVision::find_disparities(const hal::StereoFrame& frame) try {
   rectifier_.rectify(frame.left, frame.right, left_, right_);
   sight_ = check_sight(rectifier_, frame, left_, right_, sight_config_);
   matcher_->match(left_, right_, disparity_);
+  estimate_doubt(doubt_, disparity_);
   estimate_sigma(sigma_, disparity_);
   estimate_weight(weight_, disparity_);
 } catch (const cv::Exception& e) {

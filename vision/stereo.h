@@ -6,6 +6,7 @@
 
 #include "hal/frame.h"
 #include "vision/disparity_sigma.h"
+#include "vision/doubt.h"
 #include "vision/match_weight.h"
 #include "vision/matchers.h"
 #include "vision/range_view.h"
@@ -24,6 +25,7 @@ struct VisionConfig {
   /// away.
   double search_nearer = 0.7;
   VeilFilter veils;
+  DoubtModel doubt;
   SigmaModel sigma;  ///< its `base` is replaced by the rig's disparity_sigma
   WeightModel weight;
   SightConfig sight;
@@ -62,6 +64,7 @@ class StereoVision {
   void find_disparities(const hal::StereoFrame& frame);
 
   Rectifier rectifier_;
+  DoubtModel doubt_;
   SigmaModel sigma_;
   WeightModel weight_;
   VeilFilter veils_;

@@ -56,6 +56,15 @@ TEST(Compare, TellsHiddenPointsFromEdges) {
   EXPECT_DOUBLE_EQ(q.outside_elsewhere, 1 / 3.0);
 }
 
+TEST(Compare, CountsHowOftenAWrongMatchHasLessWeight) {
+  const DisparityImage truth = flat(10, 1, 1);
+  DisparityImage found = truth;
+  found.values = {9, 4, 4, 1, 1, 1, 1, 1, 1, 1};  // pixels 1 and 2 are wrong
+  found.weight = {0, 0.5F, 0.9F, 0.9F, 0.2F, 1, 1, 1, 1, 1};
+  // The first has less than six of the seven right ones, the second less than five and as much as one.
+  EXPECT_DOUBLE_EQ(compare(found, truth).weight_auc, 11.5 / 14);
+}
+
 TEST(Compare, SurvivesNothingToCompare) {
   EXPECT_EQ(compare(flat(5, 5, DisparityImage::kNone), flat(5, 5, 1)).density, 0);
   EXPECT_EQ(compare(flat(5, 5, 1), flat(5, 5, DisparityImage::kNone)).known, 0U);
@@ -104,30 +113,28 @@ RC_GTEST_PROP(Sigma, IsNeverBelowTheBaseNorAboveTheJump, (std::uint64_t seed)) {
       RC_ASSERT(image.sigma[i] >= 0.25F && image.sigma[i] <= std::sqrt(0.0625F + 4) + 1e-5F);
 }
 
-TEST(Weight, FallsWithAmbiguityAndBesideStepsAndGaps) {
-  DisparityImage image = flat(30, 9, 10);
-  for (int v = 0; v < 9; ++v)
-    for (int u = 20; u < 30; ++u) image.values[image.index(u, v)] = 30;
-  image.values[image.index(5, 4)] = DisparityImage::kNone;
-  const auto weight = [&](float ambiguity, int u) {
-    image.ambiguity.assign(image.values.size(), ambiguity);
-    estimate_weight({}, image);
-    return image.weight[image.index(u, 4)];
-  };
-  for (float a = 0.05F; a < 1; a += 0.1F) {
-    EXPECT_GT(weight(a, 12), weight(a + 0.05F, 12));
-    EXPECT_GT(weight(a, 12), weight(a, 19)) << "beside a step";
-    EXPECT_GT(weight(a, 12), weight(a, 20)) << "on its other side";
-    EXPECT_GT(weight(a, 12), weight(a, 7)) << "beside a gap";
-    EXPECT_EQ(weight(a, 12), weight(a, 8)) << "three pixels off";
-    EXPECT_TRUE(std::isnan(weight(a, 5)));
-  }
-  EXPECT_GT(weight(0, 12), 0.99F);
-  EXPECT_GE(weight(1, 19), 0.35F);
+TEST(Sigma, GrowsWithDoubt) {
+  DisparityImage image = flat(3, 1, 10);
+  image.doubt = {0, 0.5F, 1};
+  estimate_sigma({.base = 0.2, .clear = 0.5, .doubtful = 2}, image);
+  EXPECT_FLOAT_EQ(image.sigma[0], 0.1F);
+  EXPECT_FLOAT_EQ(image.sigma[1], 0.2F);
+  EXPECT_FLOAT_EQ(image.sigma[2], 0.5F);
 }
 
-TEST(Weight, IsEmptyWhereTheMatcherTellsNoAmbiguity) {
+TEST(Weight, FallsWithDoubt) {
+  DisparityImage image = flat(4, 1, 10);
+  image.doubt = {0, 0.5F, 1, DisparityImage::kNone};
+  estimate_weight({.worst = 0.8}, image);
+  EXPECT_EQ(image.weight[0], 1);
+  EXPECT_FLOAT_EQ(image.weight[1], 0.9F);
+  EXPECT_FLOAT_EQ(image.weight[2], 0.2F);
+  EXPECT_TRUE(std::isnan(image.weight[3]));
+}
+
+TEST(Weight, IsEmptyWithoutADoubt) {
   DisparityImage image = flat(5, 5, 3);
+  image.weight.assign(25, 1);
   estimate_weight({}, image);
   EXPECT_TRUE(image.weight.empty());
 }
