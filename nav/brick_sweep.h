@@ -57,6 +57,12 @@ struct FootMasks {
 struct BrickChange {
   int unseen = 0, occupied = 0;  // differences
   bool changed = false;
+
+  void add(const BrickChange& other) {
+    unseen += other.unseen;
+    occupied += other.occupied;
+    changed |= other.changed;
+  }
 };
 
 /// What one cube's voxels are told, as bits in their order.

@@ -64,10 +64,11 @@ class BrickSweep {
       if (!s_.marks->any(number)) continue;
       const Eigen::Vector3i at = marked_brick(number);
       enter_layer(at.z());
-      LogOdds* values = map_.edit(map_.brick_index(at)).data();
+      const std::size_t brick = map_.brick_index(at);
       BrickChange change;
-      for (int cube = 0; cube < kBoxes; ++cube) hit_marks(at, cube, number, values, change);
-      finish(at, change);
+      for (int cube = 0; cube < kBoxes; ++cube)
+        hit_marks(at, cube, number, map_.edit(brick).data(), map_.emptied(brick), change);
+      finish(brick, change);
     }
     return stats_;
   }
@@ -110,20 +111,21 @@ class BrickSweep {
   }
 
   HWY_INLINE void see_brick(const Eigen::Vector3i& at, bool empty, const Place& middle) {
-    const std::size_t number = mark_number(at);
+    const std::size_t number = mark_number(at), brick = map_.brick_index(at);
     const bool marked = s_.marks->any(number);
-    LogOdds* values = map_.edit(map_.brick_index(at)).data();
+    LogOdds* values = map_.edit(brick).data();
+    std::uint8_t& emptied = map_.emptied(brick);
     BrickChange change;
     if (empty && !marked) {
-      for (int cube = 0; cube < kBoxes; ++cube) empty_whole(at, cube, values, change);
+      for (int cube = 0; cube < kBoxes; ++cube) empty_whole(at, cube, values, emptied, change);
     } else {
-      see_cubes(at, middle, marked, number, values, change);
+      see_cubes(at, middle, marked, number, values, emptied, change);
     }
-    finish(at, change);
+    finish(brick, change);
   }
 
   HWY_INLINE void see_cubes(const Eigen::Vector3i& at, const Place& middle, bool marked, std::size_t number,
-                            LogOdds* values, BrickChange& change) {
+                            LogOdds* values, std::uint8_t& emptied, BrickChange& change) {
     const CameraForms& f = s_.forms;
     Boxes cubes;
     for (int i = 0; i < kBoxes; ++i) {
@@ -137,7 +139,7 @@ class BrickSweep {
       const int cube = std::countr_zero(left);
       const std::uint64_t marks = marked ? s_.marks->word(number, cube) : 0;
       if ((classes.empty >> cube & 1) && marks == 0) {
-        empty_whole(at, cube, values, change);
+        empty_whole(at, cube, values, emptied, change);
         continue;
       }
       const auto corner = [](const float* form, float of_middle) {
@@ -145,26 +147,35 @@ class BrickSweep {
       };
       const Place first{corner(f.u, cubes.u[cube]), corner(f.v, cubes.v[cube]), corner(f.z, cubes.z[cube])};
       LogOdds* of_cube = values + kCubeVoxels * cube;
-      tell(at, cube,
-           classes.inside >> cube & 1 ? see_cube<true>(s_, offsets_, first, marks, of_cube, change)
-                                      : see_cube<false>(s_, offsets_, first, marks, of_cube, change));
+      const CubeBits bits = classes.inside >> cube & 1
+                                ? see_cube<true>(s_, offsets_, first, marks, of_cube, change)
+                                : see_cube<false>(s_, offsets_, first, marks, of_cube, change);
+      if (bits.hits != 0) emptied &= static_cast<std::uint8_t>(~(1U << cube));
+      tell(at, cube, bits);
     }
     if (!marked) return;
     for (int cube = 0; cube < kBoxes; ++cube)
-      if (!(classes.alive >> cube & 1)) hit_marks(at, cube, number, values, change);
+      if (!(classes.alive >> cube & 1)) hit_marks(at, cube, number, values, emptied, change);
     s_.marks->clear(number);
   }
 
-  HWY_INLINE void empty_whole(const Eigen::Vector3i& at, int cube, LogOdds* values, BrickChange& change) {
-    empty_cube(values + kCubeVoxels * cube, change);
+  HWY_INLINE void empty_whole(const Eigen::Vector3i& at, int cube, LogOdds* values, std::uint8_t& emptied,
+                              BrickChange& change) {
     tell(at, cube, {0, ~std::uint64_t{0}});
+    if (emptied >> cube & 1) return;
+    BrickChange of_cube;
+    empty_cube(values + kCubeVoxels * cube, of_cube);
+    // What a miss leaves as it is, the next one will, too.
+    if (!of_cube.changed) emptied |= static_cast<std::uint8_t>(1U << cube);
+    change.add(of_cube);
   }
 
   HWY_INLINE void hit_marks(const Eigen::Vector3i& at, int cube, std::size_t number, LogOdds* values,
-                            BrickChange& change) {
+                            std::uint8_t& emptied, BrickChange& change) {
     const std::uint64_t marks = s_.marks->word(number, cube);
     if (marks == 0) return;
     hit_marked(values + kCubeVoxels * cube, marks, s_.least_hit, change);
+    emptied &= static_cast<std::uint8_t>(~(1U << cube));
     tell(at, cube, {marks, 0});
   }
 
@@ -176,9 +187,9 @@ class BrickSweep {
     if (seen != 0) map_.see_columns(at, cube & 3, columns_of_cube(seen), s_.stamp);
   }
 
-  HWY_INLINE void finish(const Eigen::Vector3i& at, const BrickChange& change) {
+  HWY_INLINE void finish(std::size_t brick, const BrickChange& change) {
     if (!change.changed) return;
-    map_.count_change(map_.brick_index(at), change.unseen, change.occupied, s_.stamp);
+    map_.count_change(brick, change.unseen, change.occupied, s_.stamp);
     stats_.first_seen += static_cast<std::size_t>(-change.unseen);
     ++stats_.bricks_changed;
   }

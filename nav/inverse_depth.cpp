@@ -4,6 +4,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "nav/inverse_depth.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -20,7 +21,9 @@ constexpr float kTiny = 1e-6F;  // [1/m], less than any inverse depth
 
 // Values of one pixel differ by the noise of two, so that pixels of a block may lie farther apart than means.
 constexpr float kPixelSigmas = 7, kMeanSigmas = 4;
-constexpr float kShared = 9;  // samples of one mean, away from edges
+constexpr std::ptrdiff_t kRowsAhead = 4;  // fetched: a view does not fit into the nearest caches
+constexpr float kHorizon = 16;            // times the view's far: what is farther counts as unknown
+constexpr float kShared = 9;              // samples of one mean, away from edges
 
 struct PixelRow {
   const float *depth, *sigma, *weight;  // weight may be null
@@ -29,11 +32,11 @@ struct PixelRow {
 struct PixelRows {
   PixelRow upper, lower;
   int width;
-  float near, least_weight;
+  float near, horizon, least_weight;
 };
 
 struct OutRow {
-  float *w, *sigma;
+  float *value, *sigma;
   int width;
 };
 
@@ -70,19 +73,24 @@ HWY_INLINE V load(const float* row, int x, int width) {
   return hn::Load(d, some);
 }
 
+/// How much nearer than the horizon points are, zero or less where nothing is known, and the standard
+/// deviations of their depths [m].
 struct Sample {
-  V w, sigma;
+  V nearness, sigma;
 };
 
 /// A pixel whose sigma exceeds its depth, or is not a number, tells nothing.
 template <bool kWhole>
 HWY_INLINE Sample pixels(const PixelRows& in, const PixelRow& row, int x) {
+  if (kWhole) {
+    hwy::Prefetch(row.depth + x + kRowsAhead * in.width);
+    hwy::Prefetch(row.sigma + x + kRowsAhead * in.width);
+  }
   const V depth = load<kWhole>(row.depth, x, in.width), sigma = load<kWhole>(row.sigma, x, in.width);
   auto known = hn::And(hn::Ge(depth, set(in.near)), hn::Lt(sigma, depth));
   if (row.weight != nullptr)
     known = hn::And(known, hn::Ge(load<kWhole>(row.weight, x, in.width), set(in.least_weight)));
-  const V w = hn::IfThenElseZero(known, hn::Div(set(1), depth));
-  return {w, hn::Mul(hn::IfThenElseZero(known, sigma), hn::Mul(w, w))};
+  return {hn::IfThenElseZero(known, hn::Sub(set(in.horizon), depth)), hn::IfThenElseZero(known, sigma)};
 }
 
 /// -1 where the mask is true, to count with.
@@ -90,86 +98,129 @@ HWY_INLINE hn::Vec<decltype(di)> one_less(hn::Mask<D> mask) {
   return hn::VecFromMask(di, hn::RebindMask(di, mask));
 }
 
-/// The mean of the nearest two or more of four that lie on one surface, within `sigmas` of each other, with
-/// the mean of their sigmas; zero without them. If `lone_counts`, one is enough.
-HWY_INLINE Sample near_cluster(const Sample& p0, const Sample& p1, const Sample& p2, const Sample& p3,
-                               float sigmas, bool lone_counts, float resolution) {
-  const V a = hn::Max(p0.w, p1.w), b = hn::Min(p0.w, p1.w), e = hn::Max(p2.w, p3.w), f = hn::Min(p2.w, p3.w);
-  const V first = hn::Max(a, e), m = hn::Min(a, e), n = hn::Max(b, f);
-  const V second = hn::Max(m, n), third = hn::Min(m, n);
+HWY_INLINE void add_if(hn::Mask<D> in, const Sample& p, Sample& sum, hn::Vec<decltype(di)>& less) {
+  sum.nearness = hn::Add(sum.nearness, hn::IfThenElseZero(in, p.nearness));
+  sum.sigma = hn::Add(sum.sigma, hn::IfThenElseZero(in, p.sigma));
+  less = hn::Add(less, one_less(in));
+}
+
+/// The mean of those of four that lie on one surface, two or more, with the mean of their sigmas: about the
+/// second nearest, for the nearest may be wrong. Zero without them.
+HWY_INLINE Sample near_pair(const Sample& p0, const Sample& p1, const Sample& p2, const Sample& p3,
+                            float resolution) {
+  const V a = hn::Max(p0.nearness, p1.nearness), b = hn::Min(p0.nearness, p1.nearness),
+          e = hn::Max(p2.nearness, p3.nearness), f = hn::Min(p2.nearness, p3.nearness);
+  const V second = hn::Max(hn::Min(a, e), hn::Max(b, f));
   const V widest = hn::Max(hn::Max(p0.sigma, p1.sigma), hn::Max(p2.sigma, p3.sigma));
-  const V apart = hn::Max(hn::Mul(set(sigmas), widest), hn::Mul(set(resolution), hn::Mul(first, first)));
-  V top = first;
-  if (!lone_counts) {
-    const auto lone = hn::Gt(hn::Sub(first, second), apart);
-    const auto two_lone = hn::And(lone, hn::Gt(hn::Sub(second, third), apart));
-    top = hn::IfThenElse(two_lone, third, hn::IfThenElse(lone, second, first));
-  }
-  const V least = hn::Max(hn::Sub(top, apart), set(kTiny));
+  const V apart = hn::Max(hn::Mul(set(kPixelSigmas), widest), set(resolution));
   Sample sum{hn::Zero(d), hn::Zero(d)};
   auto less = hn::Zero(di);
-  for (const Sample* p : {&p0, &p1, &p2, &p3}) {
-    const auto in = hn::And(hn::Ge(p->w, least), hn::Le(p->w, top));
-    sum.w = hn::Add(sum.w, hn::IfThenElseZero(in, p->w));
-    sum.sigma = hn::Add(sum.sigma, hn::IfThenElseZero(in, p->sigma));
-    less = hn::Add(less, one_less(in));
-  }
-  const auto is = [&](int count) HWY_ATTR { return hn::RebindMask(d, hn::Eq(less, hn::Set(di, -count))); };
-  V share = hn::IfThenElse(is(4), set(0.25F), set(1.0F / 3));
-  share = hn::IfThenElse(is(2), set(0.5F), share);
-  share = hn::IfThenElse(is(1), set(lone_counts ? 1 : 0), share);
-  return {hn::Mul(sum.w, share), hn::Mul(sum.sigma, share)};
+  for (const Sample* p : {&p0, &p1, &p2, &p3})
+    add_if(hn::Le(hn::Abs(hn::Sub(p->nearness, second)), apart), *p, sum, less);
+  const auto known = hn::And(hn::Gt(second, hn::Zero(d)), hn::RebindMask(d, hn::Gt(hn::Set(di, -1), less)));
+  const V share = hn::IfThenElseZero(known, hn::Div(set(-1), hn::ConvertTo(d, less)));
+  return {hn::Mul(sum.nearness, share), hn::Mul(sum.sigma, share)};
+}
+
+/// The mean of the nearest of four with all that lie on its surface, of samples that were halved before.
+HWY_INLINE Sample near_cluster(const Sample& p0, const Sample& p1, const Sample& p2, const Sample& p3,
+                               float resolution) {
+  const V nearest = hn::Max(hn::Max(p0.nearness, p1.nearness), hn::Max(p2.nearness, p3.nearness));
+  const V widest = hn::Max(hn::Max(p0.sigma, p1.sigma), hn::Max(p2.sigma, p3.sigma));
+  const V apart = hn::Max(hn::Mul(set(kMeanSigmas), widest), set(resolution));
+  const V least = hn::Max(hn::Sub(nearest, apart), set(kTiny));
+  Sample sum{hn::Zero(d), hn::Zero(d)};
+  auto less = hn::Zero(di);
+  for (const Sample* p : {&p0, &p1, &p2, &p3}) add_if(hn::Ge(p->nearness, least), *p, sum, less);
+  const V share = hn::Div(set(1), hn::Max(hn::ConvertTo(d, hn::Neg(less)), set(1)));
+  return {hn::Mul(sum.nearness, share), hn::Mul(sum.sigma, share)};
 }
 
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE V even(V a, V) { return a; }
 HWY_INLINE V odd(V, V b) { return b; }
+HWY_INLINE V in_order(V v) { return v; }
 #else
-HWY_INLINE V even(V a, V b) { return hn::ConcatEven(d, b, a); }
-HWY_INLINE V odd(V a, V b) { return hn::ConcatOdd(d, b, a); }
+// Pairs of neighbours from two vectors, those of the second between those of the first; and, of what was made
+// of such pairs, back to their order.
+HWY_INLINE V even(V a, V b) { return hn::OddEven(hn::DupEven(b), a); }
+HWY_INLINE V odd(V a, V b) { return hn::OddEven(b, hn::DupOdd(a)); }
+HWY_INLINE V in_order(V v) {
+  constexpr int kMost = HWY_MAX_BYTES / sizeof(float);
+  HWY_ALIGN std::int32_t from[kMost];
+  for (int i = 0; i < lanes(); ++i) from[i] = i < lanes() / 2 ? 2 * i : 2 * i + 1 - lanes();
+  return hn::TableLookupLanes(v, hn::SetTableIndices(d, from));
+}
 #endif
 
-/// Four vectors (left and right above, left and right below) to half the size each way.
-HWY_INLINE void store_half(const OutRow& out, int x, const Sample& al, const Sample& ar, const Sample& bl,
-                           const Sample& br, float sigmas, bool lone_counts, float resolution) {
-  const Sample mean =
-      near_cluster({even(al.w, ar.w), even(al.sigma, ar.sigma)}, {odd(al.w, ar.w), odd(al.sigma, ar.sigma)},
-                   {even(bl.w, br.w), even(bl.sigma, br.sigma)}, {odd(bl.w, br.w), odd(bl.sigma, br.sigma)},
-                   sigmas, lone_counts, resolution);
-  const auto inside = hn::FirstN(d, static_cast<std::size_t>(out.width - x));
-  hn::StoreU(hn::IfThenElseZero(inside, mean.w), d, out.w + x);
-  hn::StoreU(hn::IfThenElseZero(inside, mean.sigma), d, out.sigma + x);
+HWY_INLINE Sample evens(const Sample& a, const Sample& b) {
+  return {even(a.nearness, b.nearness), even(a.sigma, b.sigma)};
+}
+HWY_INLINE Sample odds(const Sample& a, const Sample& b) {
+  return {odd(a.nearness, b.nearness), odd(a.sigma, b.sigma)};
 }
 
 template <bool kWhole>
-HWY_INLINE void halve_block(const PixelRows& in, float resolution, const OutRow& out, int x) {
+HWY_INLINE Sample halved_pixels(const PixelRows& in, float resolution, int x) {
   const Sample al = pixels<kWhole>(in, in.upper, 2 * x), ar = pixels<kWhole>(in, in.upper, 2 * x + lanes()),
                bl = pixels<kWhole>(in, in.lower, 2 * x), br = pixels<kWhole>(in, in.lower, 2 * x + lanes());
-  store_half(out, x, al, ar, bl, br, kPixelSigmas, false, resolution);
+  const Sample mean = near_pair(evens(al, ar), odds(al, ar), evens(bl, br), odds(bl, br), resolution);
+  return {in_order(mean.nearness), in_order(mean.sigma)};
 }
 
-void halve_pixels(const PixelRows& in, float resolution, const OutRow& out) {
+/// As inverse depth.
+HWY_INLINE Sample inverse(const Sample& p, float horizon) {
+  const auto known = hn::Gt(p.nearness, hn::Zero(d));
+  const V w = hn::IfThenElseZero(known, hn::Div(set(1), hn::Sub(set(horizon), p.nearness)));
+  return {w, hn::Mul(p.sigma, hn::Mul(w, w))};
+}
+
+HWY_INLINE void store(const OutRow& out, int x, const Sample& p) {
+  hn::StoreU(p.nearness, d, out.value + x);
+  hn::StoreU(p.sigma, d, out.sigma + x);
+}
+
+/// Zeros behind the row's last.
+HWY_INLINE void store_last(const OutRow& out, int x, const Sample& p) {
+  const auto inside = hn::FirstN(d, static_cast<std::size_t>(out.width - x));
+  store(out, x, {hn::IfThenElseZero(inside, p.nearness), hn::IfThenElseZero(inside, p.sigma)});
+}
+
+template <class Finish>
+HWY_INLINE void halve_pixels(const PixelRows& in, float resolution, const OutRow& out, const Finish& finish) {
   int x = 0;
-  for (; 2 * (x + lanes()) <= in.width; x += lanes()) halve_block<true>(in, resolution, out, x);
-  for (; x < out.width; x += lanes()) halve_block<false>(in, resolution, out, x);
+  for (; 2 * (x + lanes()) <= in.width; x += lanes())
+    store(out, x, finish(halved_pixels<true>(in, resolution, x)));
+  for (; x < out.width; x += lanes()) store_last(out, x, finish(halved_pixels<false>(in, resolution, x)));
 }
 
-void halve_again(const InverseDepth& two_rows, float resolution, const OutRow& out) {
+/// To inverse depth.
+void halve_once(const PixelRows& in, float resolution, const OutRow& out) {
+  halve_pixels(in, resolution, out, [&](const Sample& p) HWY_ATTR { return inverse(p, in.horizon); });
+}
+
+/// To nearness.
+void halve_first(const PixelRows& in, float resolution, const OutRow& out) {
+  halve_pixels(in, resolution, out, [](const Sample& p) HWY_ATTR { return p; });
+}
+
+/// From two rows of nearness to inverse depth.
+void halve_second(const OutRow& above, const OutRow& below, float horizon, float resolution,
+                  const OutRow& out) {
   for (int x = 0; x < out.width; x += lanes()) {
-    const auto at = [&](int y, int i) HWY_ATTR -> Sample {
-      return {hn::LoadU(d, two_rows.w.row(y) + i), hn::LoadU(d, two_rows.sigma.row(y) + i)};
+    const auto at = [](const OutRow& row, int i) HWY_ATTR -> Sample {
+      return {hn::LoadU(d, row.value + i), hn::LoadU(d, row.sigma + i)};
     };
-    store_half(out, x, at(0, 2 * x), at(0, 2 * x + lanes()), at(1, 2 * x), at(1, 2 * x + lanes()),
-               kMeanSigmas, true, resolution);
+    const Sample al = at(above, 2 * x), ar = at(above, 2 * x + lanes()), bl = at(below, 2 * x),
+                 br = at(below, 2 * x + lanes());
+    const Sample mean = near_cluster(evens(al, ar), odds(al, ar), evens(bl, br), odds(bl, br), resolution);
+    store_last(out, x, inverse({in_order(mean.nearness), in_order(mean.sigma)}, horizon));
   }
 }
 
 void keep_pixels(const PixelRows& in, const OutRow& out) {
-  for (int x = 0; x < out.width; x += lanes()) {
-    const Sample p = pixels<false>(in, in.upper, x);  // zeros behind the row's end
-    hn::StoreU(p.w, d, out.w + x);
-    hn::StoreU(p.sigma, d, out.sigma + x);
-  }
+  for (int x = 0; x < out.width; x += lanes())
+    store_last(out, x, inverse(pixels<false>(in, in.upper, x), in.horizon));
 }
 
 struct Sum {
@@ -221,8 +272,9 @@ HWY_AFTER_NAMESPACE();
 namespace headway::nav {
 namespace {
 
-HWY_EXPORT(halve_pixels);
-HWY_EXPORT(halve_again);
+HWY_EXPORT(halve_once);
+HWY_EXPORT(halve_first);
+HWY_EXPORT(halve_second);
 HWY_EXPORT(keep_pixels);
 HWY_EXPORT(smooth_row);
 
@@ -240,11 +292,12 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
                           InverseDepth& out) {
   const int width = view.camera.width, height = view.camera.height;
   const auto near = std::max(static_cast<float>(view.near), 1e-3F);  // what is missing may also read as 0
+  const float horizon = kHorizon * static_cast<float>(view.far);
   nothing_.resize(static_cast<std::size_t>(width), 0.0F);
   const PixelRow nothing{nothing_.data(), nothing_.data(), nothing_.data()};
   const auto rows = [&](int y) -> PixelRows {
     const auto row = [&](int v) { return v < height ? pixel_row(view, v) : nothing; };
-    return {row(y), row(y + 1), width, near, least_weight};
+    return {row(y), row(y + 1), width, near, horizon, least_weight};
   };
   const auto halved = [](int size) { return (size + 1) / 2; };
   if (reduction == 1) {
@@ -253,14 +306,17 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
   } else if (reduction == 2) {
     out.reset(halved(width), halved(height));
     for (int y = 0; y < out.w.height(); ++y)
-      HWY_DYNAMIC_DISPATCH(halve_pixels)(rows(2 * y), resolution, out_row(out, y));
+      HWY_DYNAMIC_DISPATCH(halve_once)(rows(2 * y), resolution, out_row(out, y));
   } else {
     out.reset(halved(halved(width)), halved(halved(height)));
-    halves_.reset(halved(width), 2);
+    halves_.nearness.reset(halved(width), 2);
+    halves_.sigma.reset(halved(width), 2);
+    const auto half = [&](int k) -> OutRow {
+      return {halves_.nearness.row(k), halves_.sigma.row(k), halves_.nearness.width()};
+    };
     for (int y = 0; y < out.w.height(); ++y) {
-      for (const int k : {0, 1})
-        HWY_DYNAMIC_DISPATCH(halve_pixels)(rows(4 * y + 2 * k), resolution, out_row(halves_, k));
-      HWY_DYNAMIC_DISPATCH(halve_again)(halves_, resolution, out_row(out, y));
+      for (const int k : {0, 1}) HWY_DYNAMIC_DISPATCH(halve_first)(rows(4 * y + 2 * k), resolution, half(k));
+      HWY_DYNAMIC_DISPATCH(halve_second)(half(0), half(1), horizon, resolution, out_row(out, y));
     }
   }
 }

@@ -31,7 +31,9 @@ class DepthReducer {
               InverseDepth& out);
 
  private:
-  InverseDepth halves_;         ///< two rows
+  struct {
+    RingImage<float> nearness, sigma;
+  } halves_;                    ///< two rows [m]
   std::vector<float> nothing_;  ///< the row below an odd last one
 };
 

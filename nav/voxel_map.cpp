@@ -70,6 +70,7 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config) : config_(config) {
                      static_cast<std::size_t>(bricks_.z());
   values_.assign(count * kBrickVoxels, log_odds::kUnseen);
   summaries_.assign(count, {});
+  emptied_.assign(count, 0);
   floor_seen_.assign(static_cast<std::size_t>(size().x()) * static_cast<std::size_t>(size().y()), kNever);
   find_foot();
 }
@@ -102,6 +103,7 @@ void VoxelMap::settle(std::size_t brick, Time stamp) {
     occupied += v >= log_odds::kOccupied;
   }
   summaries_[brick] = {static_cast<std::uint16_t>(unseen), static_cast<std::uint16_t>(occupied), stamp};
+  emptied_[brick] = 0;
 }
 
 void VoxelMap::roll_to(const Eigen::Vector3d& centre, BrickStore* store) {
@@ -133,6 +135,7 @@ void VoxelMap::for_each_outside(const Index& shift, const Visit& visit) const {
 
 void VoxelMap::leave(const Index& at, BrickStore* store) {
   const std::size_t brick = brick_index(at);
+  emptied_[brick] = 0;
   std::fill_n(floor_seen_.begin() + static_cast<std::ptrdiff_t>(columns_of(at)), kColumns, kNever);
   if (summaries_[brick].unseen == kBrickVoxels) return;
   if (store != nullptr) store->keep(key(at), values(brick), summaries_[brick]);

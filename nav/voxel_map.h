@@ -116,6 +116,9 @@ class VoxelMap {
     s.occupied = static_cast<std::uint16_t>(s.occupied + occupied);
     s.changed = stamp;
   }
+  /// Bit per cube of 4x4x4 voxels: those known to be emptied as far as log-odds go, which another miss leaves
+  /// as they are. Whoever raises a value in a cube clears its bit; `settle` clears all.
+  std::uint8_t& emptied(std::size_t brick) { return emptied_[brick]; }
 
   /// When the foot of column (x, y) was last observed: the floor there, or what stands on it. kNever before,
   /// and outside the box.
@@ -161,7 +164,8 @@ class VoxelMap {
   int foot_begin_ = 0, foot_end_ = 0;
   std::vector<LogOdds> values_;
   std::vector<BrickSummary> summaries_;
-  std::vector<Time> floor_seen_;  ///< of columns of voxels
+  std::vector<std::uint8_t> emptied_;  ///< of bricks
+  std::vector<Time> floor_seen_;       ///< of columns of voxels
 };
 
 }  // namespace headway::nav
