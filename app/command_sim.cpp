@@ -24,6 +24,14 @@ struct Options {
   double longest = 400, drift = 0;
 };
 
+void print_memory(const runtime::Mapper& mapper) {
+  const auto mebibytes = [](std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); };
+  const Eigen::Vector3d window = mapper.voxels().highest() - mapper.voxels().lowest();
+  fmt::print("map: a window of {:.1f} x {:.1f} x {:.1f} m in {:.1f} MiB, {} bricks aside in {:.1f} MiB\n",
+             window.x(), window.y(), window.z(), mebibytes(mapper.voxels().bytes()), mapper.aside().size(),
+             mebibytes(mapper.aside().bytes()));
+}
+
 int run(const Options& options) {
   Robot robot = read_robot(options.robot);
   if (!options.matcher.empty()) robot.vision.matcher.kind = vision::matcher_kind(options.matcher);
@@ -58,6 +66,7 @@ int run(const Options& options) {
   fmt::print("{}: {}{}{}; {:.2f} m in {:.1f} s, {} steps, {} replans, goal error {:.3f} m\n", world.name,
              outcome.end, outcome.reason.empty() ? "" : ": ", outcome.reason, outcome.walked, outcome.seconds,
              session.steps().size(), counts.replans, outcome.goal_error);
+  print_memory(session.mapper());
   return outcome.arrived ? kSuccess : kNotReached;
 }
 

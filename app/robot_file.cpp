@@ -103,6 +103,11 @@ void read_map(const Section& map, Robot& robot) {
   if (height[0] >= height[1]) map.fail("height", "lowest and highest are the wrong way round");
   robot.map_height = {height[0], height[1]};
   robot.map_margin = map.number("margin", {0, 10, "m"});
+  robot.mapper.window = map.number_or("window", 0, {0, 200, "m"});
+  constexpr double kLeastWindow = 2;
+  if (robot.mapper.window > 0 && robot.mapper.window < kLeastWindow)
+    map.fail("window", fmt::format("{} m, expected 0 (the whole floor), or at least {} m",
+                                   robot.mapper.window, kLeastWindow));
   robot.mapper.floor.floor_tolerance = map.number("floor_tolerance", {0, 0.5, "m"});
   robot.mapper.floor.body_height = map.number("body_height", {0.2, 3, "m"});
   robot.mapper.voxels.obstacle_height = robot.mapper.floor.body_height;

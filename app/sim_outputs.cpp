@@ -131,6 +131,15 @@ Json findings_report(const std::vector<SimSightFinding>& findings) {
   return out;
 }
 
+Json map_memory(const runtime::Mapper& mapper) {
+  const Eigen::Vector3d window = mapper.voxels().highest() - mapper.voxels().lowest();
+  const auto mib = [](std::size_t bytes) { return rounded(static_cast<double>(bytes) / (1 << 20), 2); };
+  return {{"window_m", {rounded(window.x(), 2), rounded(window.y(), 2), rounded(window.z(), 2)}},
+          {"window_mib", mib(mapper.voxels().bytes())},
+          {"bricks_aside", mapper.aside().size()},
+          {"aside_mib", mib(mapper.aside().bytes())}};
+}
+
 }  // namespace
 
 Json sim_report(const SimSession& session, const SimOutcome& outcome) {
@@ -138,7 +147,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   const auto& frames = session.frame_loop().counters();
   const auto& bus = session.bus_loop().counters();
   const auto& precision = session.precision();
-  const auto space = nav::explored(session.mapper().voxels());
+  const auto space = nav::explored(session.mapper().everything(), session.mapper().box());
   const auto floor = nav::explored(session.mapper().floor());
   Json report;
   report["world"] = session.scene().world().name;
@@ -198,6 +207,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
       {"occupied_m3", rounded(space.occupied, 3)},     {"empty_m3", rounded(space.empty, 3)},
       {"unseen_m3", rounded(space.unseen, 3)},         {"floor_free_m2", rounded(floor.free, 2)},
       {"floor_blocked_m2", rounded(floor.blocked, 2)}, {"floor_unseen_m2", rounded(floor.unseen, 2)}};
+  report["map"] = map_memory(session.mapper());
   double oldest = 0;
   for (const auto& step : session.steps()) oldest = std::max(oldest, to_seconds(step.frame_age));
   report["oldest_frame_age_s"] = rounded(oldest, 3);
@@ -345,7 +355,7 @@ void SimOutputs::write(const SimOutcome& outcome, OutputFolder& folder) {
   figures.gait = layers.gait;
   save("map", map_view(mapper.voxels(), bird_view(mapper.voxels(), view), view, figures));
 
-  nav::write_bt(mapper.voxels(), folder.file("map.bt"));
+  nav::write_bt(mapper.everything(), folder.file("map.bt"));
   write_floor(mapper.floor(), folder);
   cloud_.write(folder.file("cloud.ply"));
   write_json(folder.file("timing.json"), {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},

@@ -1,6 +1,7 @@
 // How much of the space and of the floor has been seen.
 #pragma once
 
+#include "nav/cold_map.h"
 #include "nav/floor_map.h"
 #include "nav/voxel_map.h"
 
@@ -11,6 +12,8 @@ struct ExploredSpace {
   double occupied = 0, empty = 0, unseen = 0;
 };
 ExploredSpace explored(const VoxelMap& map);
+/// Of bricks with these keys.
+ExploredSpace explored(const ColdMap& map, const BrickRange& box);
 
 /// Areas [m^2] of the whole grid.
 struct ExploredFloor {

@@ -85,6 +85,31 @@ FloorGrid floor_grid(const VoxelMap& map) {
   return {map.resolution(), map.lowest().head<2>(), map.size().x(), map.size().y()};
 }
 
+FloorGrid floor_grid(const VoxelMapConfig& box) {
+  const BrickRange bricks = bricks_in(box);
+  const Eigen::Vector2i size = kBrickEdge * (bricks.end - bricks.first).head<2>();
+  return {box.resolution, (kBrickEdge * bricks.first.head<2>()).cast<double>() * box.resolution, size.x(),
+          size.y()};
+}
+
+void copy_floor(const FloorMap& part, FloorMap& whole) {
+  const Eigen::Vector2i offset =
+      ((part.grid.origin - whole.grid.origin) / whole.grid.resolution).array().round().cast<int>();
+  const Eigen::Array2i size(part.grid.width, part.grid.height),
+      whole_size(whole.grid.width, whole.grid.height);
+  const Eigen::Array2i end = offset.array() + size;
+  const Eigen::Array2i first = (offset.array() > 0).select(offset.array() + 1, 0),
+                       last = (end < whole_size).select(end - 2, whole_size - 1);
+  for (int y = first.y(); y <= last.y(); ++y) {
+    for (int x = first.x(); x <= last.x(); ++x) {
+      const std::size_t from = part.grid.index({x - offset.x(), y - offset.y()}),
+                        to = whole.grid.index({x, y});
+      whole.cells[to] = part.cells[from];
+      whole.seen_at[to] = std::max(whole.seen_at[to], part.seen_at[from]);
+    }
+  }
+}
+
 void floor_map(const VoxelMap& map, const FloorMapConfig& config, FloorMap& into) {
   config.validate();
   into.grid = floor_grid(map);

@@ -78,6 +78,8 @@ struct FloorMapConfig {
 
 /// The grid of a voxel map: its columns.
 FloorGrid floor_grid(const VoxelMap& map);
+/// The same of a map with this box.
+FloorGrid floor_grid(const VoxelMapConfig& box);
 
 /// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height. Free: not
 /// blocked, and the floor itself (an occupied voxel at the column's foot) has been seen, so a hole is never
@@ -85,6 +87,11 @@ FloorGrid floor_grid(const VoxelMap& map);
 FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config = {});
 /// The same into a map whose memory is reused.
 void floor_map(const VoxelMap& map, const FloorMapConfig& config, FloorMap& into);
+
+/// Puts the cells of a part of a floor, on the same raster, into the whole; what was seen later there, stays
+/// so. The part's outermost cells are left out unless they are the whole's, too: what stands beside them is
+/// not known to it.
+void copy_floor(const FloorMap& part, FloorMap& whole);
 
 /// The area around the start that the operator vouches for.
 struct StartArea {

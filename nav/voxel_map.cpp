@@ -60,12 +60,16 @@ void VoxelMapConfig::validate() const {
   }
 }
 
+BrickRange bricks_in(const VoxelMapConfig& config) {
+  const double brick = config.resolution * kBrickEdge;
+  return {bricks_below(config.lowest, brick).cast<int>(), bricks_above(config.highest, brick).cast<int>()};
+}
+
 VoxelMap::VoxelMap(const VoxelMapConfig& config) : config_(config) {
   config.validate();
-  const double brick = config.resolution * kBrickEdge;
-  const Index first = bricks_below(config.lowest, brick).cast<int>();
-  bricks_ = bricks_above(config.highest, brick).cast<int>() - first;
-  first_key_ = kBrickEdge * first;
+  const BrickRange box = bricks_in(config);
+  bricks_ = box.end - box.first;
+  first_key_ = kBrickEdge * box.first;
   const auto count = static_cast<std::size_t>(bricks_.x()) * static_cast<std::size_t>(bricks_.y()) *
                      static_cast<std::size_t>(bricks_.z());
   values_.assign(count * kBrickVoxels, log_odds::kUnseen);
@@ -73,6 +77,11 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config) : config_(config) {
   emptied_.assign(count, 0);
   floor_seen_.assign(static_cast<std::size_t>(size().x()) * static_cast<std::size_t>(size().y()), kNever);
   find_foot();
+}
+
+std::size_t VoxelMap::bytes() const {
+  return sizeof *this + values_.size() + summaries_.size() * sizeof(BrickSummary) + emptied_.size() +
+         floor_seen_.size() * sizeof(Time);
 }
 
 void VoxelMap::find_foot() {

@@ -38,6 +38,12 @@ struct VoxelMapConfig {
   void validate() const;
 };
 
+/// The bricks of a box: keys from `first` up to, not including, `end`.
+struct BrickRange {
+  Eigen::Vector3i first, end;
+};
+BrickRange bricks_in(const VoxelMapConfig& config);
+
 class VoxelMap {
  public:
   static constexpr int kBrickEdge = nav::kBrickEdge;
@@ -86,6 +92,8 @@ class VoxelMap {
   // theirs as long as they are in the window, and coordinates, (0, 0, 0) at the window's lowest corner.
   const Index& bricks() const { return bricks_; }
   std::size_t brick_count() const { return summaries_.size(); }
+  /// Memory held [bytes]; the same from construction on.
+  std::size_t bytes() const;
   std::size_t brick_index(const Index& brick) const {
     return (wrapped(brick, 2) * static_cast<std::size_t>(bricks_.y()) + wrapped(brick, 1)) *
                static_cast<std::size_t>(bricks_.x()) +

@@ -1,14 +1,59 @@
 #include "runtime/mapper.h"
 
+#include <cmath>
+
 namespace headway::runtime {
+namespace {
+
+/// As much of the box as the window holds, at its lowest corner.
+nav::VoxelMapConfig first_window(const MapperConfig& config) {
+  nav::VoxelMapConfig window = config.voxels;
+  if (config.window <= 0) return window;
+  const nav::BrickRange box = nav::bricks_in(config.voxels);
+  const double brick = config.voxels.resolution * nav::kBrickEdge;
+  for (const int axis : {0, 1}) {
+    const double end = box.first[axis] + std::ceil(config.window / brick);
+    if (end < box.end[axis]) {
+      window.lowest[axis] = box.first[axis] * brick;
+      window.highest[axis] = end * brick;
+    }
+  }
+  return window;
+}
+
+}  // namespace
 
 Mapper::Mapper(const MapperConfig& config, const Pose2& start)
     : config_(config),
       start_(start),
-      voxels_(config.voxels),
+      voxels_(first_window(config)),
+      aside_(config.voxels.resolution),
       integrator_(config.integration),
-      floor_(nav::unseen_floor(nav::floor_grid(voxels_))) {
+      seen_floor_(nav::unseen_floor(nav::floor_grid(voxels_))),
+      floor_(nav::unseen_floor(nav::floor_grid(config.voxels))) {
+  follow({start.x, start.y, 0});
   project();
+}
+
+// The window stays within the box, and moves only when the robot is a brick off its middle, so that swaying
+// does not move it to and fro.
+void Mapper::follow(const Eigen::Vector3d& robot) {
+  const double brick = voxels_.resolution() * nav::kBrickEdge;
+  const nav::BrickRange box = this->box();
+  const Eigen::Array3d half = (voxels_.highest() - voxels_.lowest()).array() / 2,
+                       low = box.first.cast<double>().array() * brick + half,
+                       high = box.end.cast<double>().array() * brick - half;
+  const Eigen::Vector3d middle = (voxels_.highest() + voxels_.lowest()) / 2,
+                        wanted = robot.array().min(high).max(low);
+  if ((wanted - middle).lpNorm<Eigen::Infinity>() > brick) voxels_.roll_to(wanted, &aside_);
+}
+
+nav::ColdMap Mapper::everything() const {
+  nav::ColdMap all = aside_.map();
+  for (std::size_t b = 0; b < voxels_.brick_count(); ++b)
+    if (voxels_.summary(b).unseen < nav::kBrickVoxels)
+      all.put(voxels_.key(voxels_.brick_at(b)), voxels_.values(b));
+  return all;
 }
 
 nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
@@ -17,11 +62,13 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
   // The chest sways by less than half a footprint while both feet stay where they are.
   const Eigen::Vector2d moved = map_from_chest.translation().head<2>() - start_.position();
   if (moved.norm() > config_.start_area.footprint_half.minCoeff()) at_start_ = false;
+  follow(map_from_chest.translation());
   return integrator_.integrate(voxels_, view, map_from_camera, stamp, map_from_chest);
 }
 
 void Mapper::project() {
-  nav::floor_map(voxels_, config_.floor, floor_);
+  nav::floor_map(voxels_, config_.floor, seen_floor_);
+  nav::copy_floor(seen_floor_, floor_);
   nav::start_clear(floor_, start_, config_.start_area, Time{}, at_start_);
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "hal/pose2.h"
+#include "nav/cold_store.h"
 #include "nav/floor_map.h"
 #include "nav/integrate.h"
 #include "nav/voxel_map.h"
@@ -12,7 +13,10 @@
 namespace headway::runtime {
 
 struct MapperConfig {
-  nav::VoxelMapConfig voxels;
+  nav::VoxelMapConfig voxels;  ///< the box of all that is mapped
+  /// Edge [m] of the square around the robot that is kept at hand; what lies outside is kept aside and comes
+  /// back with the robot. 0, or more than the box: all of the box.
+  double window = 0;
   nav::IntegrationConfig integration;
   nav::FloorMapConfig floor;
   nav::StartArea start_area;
@@ -29,15 +33,27 @@ class Mapper {
   /// Projects the map on the floor again.
   void project();
 
+  /// Of the window.
   const nav::VoxelMap& voxels() const { return voxels_; }
+  /// Of the whole box; outside of the window as it was last known.
   const nav::FloorMap& floor() const { return floor_; }
+  /// What has left the window.
+  const nav::ColdMap& aside() const { return aside_.map(); }
+  /// All that is known, in the window and aside.
+  nav::ColdMap everything() const;
+  /// The bricks of the whole box.
+  nav::BrickRange box() const { return nav::bricks_in(config_.voxels); }
 
  private:
+  void follow(const Eigen::Vector3d& robot);
+
   MapperConfig config_;
   Pose2 start_;
   bool at_start_ = true;  ///< the robot still stands where it began
   nav::VoxelMap voxels_;
+  nav::ColdStore aside_;
   nav::Integrator integrator_;
+  nav::FloorMap seen_floor_;  ///< of the window
   nav::FloorMap floor_;
 };
 
