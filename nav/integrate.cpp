@@ -17,7 +17,6 @@ void IntegrationConfig::validate() const {
   };
   check("free_sigmas", free_sigmas, 0, 10);
   check("hit_sigmas", hit_sigmas, 0, 5);
-  check("most_spread", most_spread, 0, 100);
   check("least_hit", least_hit, 0.05, 1);
   check("least_weight", least_weight, 0, 1);
   check("supporters", supporters, 0, 8);

@@ -2,7 +2,7 @@
 //
 // Voxels are projected into the range image; no rays are cast. With the range image's uncertainty a voxel is
 // emptied only where the surface behind it is more than three sigma away, and hits are spread over what is
-// left of sigma when neighbouring pixels are taken together, but hardly beyond the surface's own voxel.
+// left of sigma when neighbouring pixels are taken together.
 //
 // Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
@@ -33,10 +33,6 @@ struct IntegrationConfig {
   /// own sigma is about half a pixel's where noise is correlated as matchers correlate it; more only thickens
   /// walls.
   double hit_sigmas = 0.5;
-  /// Limit of that reach beyond the voxel that the surface lies in, in halves of a voxel's depth. Where sigma
-  /// is wider, each voxel along the ray holds the surface with less than even odds, and all of them taken for
-  /// occupied would be a wall as thick as sigma.
-  double most_spread = 0.5;
   /// Share of a full hit for the voxel that holds a measured point, however wide sigma is.
   double least_hit = 0.5;
   /// Points with less inlier weight say nothing: a wrong match is off by any amount, and the robot that

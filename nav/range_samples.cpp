@@ -34,7 +34,7 @@ struct DescribeTask {
   const RingImage<float>& mean_sigma;  // wider where few samples share a mean
   float focal, cx, cy, far, steps_per_metre;
   float half_edge;  // of a voxel [m], somewhat more
-  float most_half, resolution, free_sigmas, hit_sigmas, most_spread;
+  float most_half, resolution, free_sigmas, hit_sigmas;
   int taps;           // samples between a sample and those that its slope is taken from
   const float* turn;  // map from camera, row by row
   const MarkFrame& frame;
@@ -195,10 +195,9 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     const V lowest = zero(), most = set(kMost), steps = set(t.steps_per_metre);
     // The surface falls away within the sample; what it may still reach is not emptied.
     const V fall = hn::Mul(set(kFall), hn::Mul(lean, zz));
-    const V spread = hn::Min(hn::Mul(set(t.hit_sigmas), sigma_z), hn::Mul(set(t.most_spread), half));
     V front =
         hn::Sub(hn::Sub(z, hn::Mul(half, set(kKept))), hn::Add(fall, hn::Mul(set(t.free_sigmas), sigma_z)));
-    V back = hn::Add(hn::Add(z, half), spread);
+    V back = hn::Add(hn::Add(z, half), hn::Mul(set(t.hit_sigmas), sigma_z));
     front = hn::Sub(hn::Mul(front, steps), set(0.5F));
     back = hn::Add(hn::Mul(back, steps), set(0.5F));
     const auto within = hn::RebindMask(du, hn::And(hn::Ge(front, lowest), hn::Le(back, most)));
@@ -341,15 +340,14 @@ std::uint8_t share(double part, double whole) {
 }  // namespace
 
 // With q = sigma / half a voxel's depth, class c stands for q = c / (16 - c). From front to back are free
-// sigmas, half a voxel, half a voxel, and the hits' spread.
+// sigmas, half a voxel, half a voxel, hit sigmas.
 SampleClasses::SampleClasses(const IntegrationConfig& config) {
   for (std::size_t c = 0; c < kCount; ++c) {
     const double q = static_cast<double>(c) / static_cast<double>(kCount - c);
-    const double spread = std::min(config.hit_sigmas * q, config.most_spread);
-    const double whole = 2 + config.free_sigmas * q + spread;
-    hit_begin[c] = share(config.free_sigmas * q - spread, whole);
+    const double whole = 2 + (config.free_sigmas + config.hit_sigmas) * q;
+    hit_begin[c] = share((config.free_sigmas - config.hit_sigmas) * q, whole);
     own_begin[c] = share(config.free_sigmas * q, whole);
-    own_end[c] = share(spread, whole);
+    own_end[c] = share(config.hit_sigmas * q, whole);
     const double hit = std::max(1.0, std::round(log_odds::kHit / (1 + config.hit_sigmas * q)));
     short_of_hit[c] = static_cast<std::uint8_t>(log_odds::kHit - static_cast<int>(hit));
   }
@@ -427,7 +425,6 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
                           edge,
                           static_cast<float>(config.free_sigmas),
                           static_cast<float>(config.hit_sigmas),
-                          static_cast<float>(config.most_spread),
                           fine ? 2 : 1,
                           turn.data(),
                           frame,
