@@ -26,7 +26,7 @@ struct LocaliseConfig {
   /// and more than the errors of their normals could feign.
   double least_facing = 0.005;
   double place_sigma = 0.002;  ///< of a plane's place, however often it was measured [m]
-  // What all patches of a view err alike, by the neck and the calibration:
+  // What all patches of a view err alike, by the neck, the calibration and the matcher:
   double shift_sigma = 0.003;  ///< along x and y [m]
   double turn_sigma = 0.002;   ///< about the vertical [rad]
   int iterations = 15;         ///< at most

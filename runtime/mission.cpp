@@ -180,7 +180,7 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   order.look = look_;
   if (!walk_)
     order.walk = MotionOrder::Walk::kStop;
-  else if (gate.open > 0)
+  else if (gate.open > 0 && !committed.stopping)  // else the next session takes it, from where this one ends
     order.walk = MotionOrder::Walk::kPlan;
   order.plan = step_plan(input, gate);
   return order;
