@@ -6,6 +6,7 @@
 
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/odometry_options.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
@@ -22,8 +23,8 @@ struct Options {
   std::uint64_t seed = 1;
   std::filesystem::path out = "build/campaign", robot = default_robot_file();
   std::filesystem::path world;
-  double longest = 400, drift = 0;
-  bool no_localise = false;
+  double longest = 400;
+  OdometryOptions odometry;
   int only = -1;
 };
 
@@ -41,8 +42,7 @@ Json run_one(const Options& options, const Robot& robot, int number, OutputFolde
   sim.range_mode = number >= options.stereo;
   sim.seed = seed;
   sim.longest = seconds(options.longest);
-  sim.localise = !options.no_localise;
-  sim.drift = options.drift / 100;
+  options.odometry.apply_to(sim);
   SimSession session(robot, world, sim);
   SimOutputs outputs(session);
   const SimOutcome outcome = session.run();
@@ -111,13 +111,7 @@ void add_campaign(CLI::App& app, Run& run_command) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--world", options->world, "Walk in this world each time, in place of random ones");
-  command
-      ->add_option(
-          "--drift", options->drift,
-          "Percent by which odometry drifts: of a stride's length, and of the widest turn with each step")
-      ->check(finite_in(0, 20))
-      ->capture_default_str();
-  command->add_flag("--no-localise", options->no_localise, "Take odometry for the truth");
+  options->odometry.add_to(*command);
   command
       ->add_option("--stereo", options->stereo,
                    "The first so many with images and matcher, the others in range mode")

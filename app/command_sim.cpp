@@ -6,6 +6,7 @@
 
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/odometry_options.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
@@ -20,8 +21,9 @@ struct Options {
   std::vector<double> goal;
   std::string matcher;
   std::uint64_t seed = 0;
-  bool no_replan = false, range = false, no_localise = false;
-  double longest = 400, drift = 0;
+  bool no_replan = false, range = false;
+  double longest = 400;
+  OdometryOptions odometry;
 };
 
 void print_memory(const runtime::Mapper& mapper) {
@@ -39,8 +41,7 @@ int run(const Options& options) {
   SimOptions sim;
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;
-  sim.localise = !options.no_localise;
-  sim.drift = options.drift / 100;
+  options.odometry.apply_to(sim);
   sim.seed = options.seed ? options.seed : world.seed;
   sim.longest = seconds(options.longest);
   if (!options.goal.empty()) {
@@ -87,13 +88,7 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->check(seed_number())
       ->capture_default_str();
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
-  command->add_flag("--no-localise", options->no_localise, "Take odometry for the truth");
-  command
-      ->add_option(
-          "--drift", options->drift,
-          "Percent by which odometry drifts: of a stride's length, and of the widest turn with each step")
-      ->check(finite_in(0, 20))
-      ->capture_default_str();
+  options->odometry.add_to(*command);
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");
   command->add_option("--matcher", options->matcher, "census, sgbm or bm; default: the robot's")

@@ -1,11 +1,12 @@
 // Views in the map, on each instruction set that was compiled and that this processor has. The plain one
 // (HWY_SCALAR) goes voxel by voxel in whole numbers; all others are held to it.
+#include "tests/every_target.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include "nav/integrate.h"
 #include "room_map.h"
@@ -13,17 +14,6 @@
 
 namespace headway::nav {
 namespace {
-
-template <class Check>
-void on_every_target(const Check& check) {
-  constexpr std::int64_t kPlain = HWY_SCALAR | HWY_EMU128;  // what every processor has
-  for (std::int64_t left = HWY_TARGETS & (hwy::SupportedTargets() | kPlain); left != 0; left &= left - 1) {
-    const std::int64_t target = left & -left;
-    hwy::GetChosenTarget().Update(target);
-    check(hwy::TargetName(target));
-  }
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 struct Mapped {
   VoxelMap map;
@@ -73,7 +63,7 @@ TEST(Integrate, GivesTheSameMapOnEveryInstructionSet) {
     const Mapped plain = mapped(c.resolution, c.width, c.sigma);
     EXPECT_GT(plain.stats.hits, 300U);
     EXPECT_GT(plain.stats.misses, 1000U);
-    on_every_target([&](const std::string& name) {
+    headway::test::on_every_target([&](const std::string& name) {
       const Mapped on_target = mapped(c.resolution, c.width, c.sigma);
       EXPECT_EQ(greatest_difference(plain.map, on_target.map), 0) << name << " at " << c.resolution;
       EXPECT_EQ(plain.stats.hits, on_target.stats.hits) << name;

@@ -13,7 +13,7 @@
 #include "nav/octomap_files.h"
 #include "random_view.h"
 #include "room_map.h"
-#include "tests/vision/every_target.h"
+#include "tests/every_target.h"
 
 namespace headway::nav {
 namespace {
@@ -182,7 +182,7 @@ RC_GTEST_PROP(ViewGain, IsTheSameOnEveryInstructionSet, ()) {
   const RandomView r = any_view();
   ViewGain gain(r.field, r.map.resolution());
   const auto best = static_cast<double>(gain.gain(r.map, r.pose));
-  vision::test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     // Where a voxel's centre lies on an edge to the last bit, rounding may decide.
     RC_ASSERT(std::abs(static_cast<double>(gain.gain(r.map, r.pose)) - best) <= 2);
   });

@@ -8,9 +8,9 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
+#include "tests/every_target.h"
 #include "tests/heap_count.h"
 #include "tests/vision/census_reference.h"
-#include "tests/vision/every_target.h"
 #include "tests/vision/scene.h"
 
 namespace headway::vision {
@@ -68,7 +68,7 @@ RC_GTEST_PROP(CensusMatcher, GivesWhatItsDefinitionsSayOnEveryProcessor, ()) {
   const auto left = noisy ? noise(width, height, seed) : step_seen_from(0, width, height, seed);
   const auto right = noisy ? noise(width, height, seed + 1) : step_seen_from(d, width, height, seed);
   const DisparityImage expected = test::census_reference(left, right, range, config);
-  test::on_every_target([&](const char* target) {
+  headway::test::on_every_target([&](const char* target) {
     CensusMatcher matcher(range, config);
     DisparityImage found;
     matcher.match(left, right, found);
@@ -83,7 +83,7 @@ TEST(CensusMatcher, GivesWhatItsDefinitionsSayForTheWidestSearches) {
     const auto left = step_seen_from(0, 301, 9, 4), right = step_seen_from(70.3, 301, 9, 4);
     const DisparityImage expected = test::census_reference(left, right, {-3, count}, {});
     EXPECT_GT(density(expected), 0.2);
-    test::on_every_target([&](const char* target) {
+    headway::test::on_every_target([&](const char* target) {
       CensusMatcher matcher({-3, count});
       DisparityImage found;
       matcher.match(left, right, found);

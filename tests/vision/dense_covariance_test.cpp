@@ -8,7 +8,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "random_rig.h"
-#include "tests/vision/every_target.h"
+#include "tests/every_target.h"
 #include "vision/triangulation.h"
 
 namespace headway::vision {
@@ -116,7 +116,7 @@ RC_GTEST_PROP(DenseCovariance, OfPlaceAndDisparityIsTheFormulaOnEveryTarget,
   const RectifiedRig rig = some_rig();
   const DisparityImage disparity = some_disparities(rig, with_sigma);
   const auto weight = weighted ? some_weights(disparity.values.size()) : std::vector<float>();
-  test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     DensePoints points;
     dense_points(disparity, weight, rig, PixelErrors::kPlaceAndDisparity, points);
     check_points(points, disparity, rig, weight, [&](const Vector3d& p, double d, double sigma_d) {
@@ -140,7 +140,7 @@ RC_GTEST_PROP(DenseCovariance, OfFourCoordinatesIsTheGeneralRoutesOnEveryTarget,
   right = left;
   right(0, 2) += rig.disparity_offset;
   right(0, 3) = -c.focal * rig.baseline;
-  test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     DensePoints points;
     dense_points(disparity, weight, rig, PixelErrors::kFourCoordinates, points);
     check_points(points, disparity, rig, weight, [&](const Vector3d& p, double, double sigma_d) {
@@ -153,7 +153,7 @@ RC_GTEST_PROP(DenseCovariance, OfARangeViewIsTheViewsOwnOnEveryTarget, (bool wei
   const RectifiedRig rig = some_rig();
   const RangeView view = range_view(some_disparities(rig, true), rig);
   const auto weight = weighted ? some_weights(view.depth.size()) : std::vector<float>();
-  test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     DensePoints points;
     dense_points(view, weight, points);
     for (int v = 0; v < view.camera.height; ++v)
@@ -170,7 +170,7 @@ RC_GTEST_PROP(DenseCovariance, OfARangeViewIsTheViewsOwnOnEveryTarget, (bool wei
 
 TEST(DenseCovariance, RunsOnMoreThanOneTarget) {
   std::vector<std::string> names;
-  test::on_every_target([&](const char* name) { names.emplace_back(name); });
+  headway::test::on_every_target([&](const char* name) { names.emplace_back(name); });
 #if defined(__x86_64__)
   EXPECT_GE(names.size(), 2U);
 #endif

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "tests/vision/every_target.h"
+#include "tests/every_target.h"
 
 namespace headway::vision {
 namespace {
@@ -88,7 +88,7 @@ float by_definition(const DisparityImage& image, int u, int v, float jump) {
 RC_GTEST_PROP(Doubt, IsTheMeanOfTheNineOnEveryTarget, (std::uint64_t seed)) {
   DisparityImage image = any_image(seed);
   std::vector<float> first;
-  test::on_every_target([&](const char* target) {
+  headway::test::on_every_target([&](const char* target) {
     estimate_doubt({.jump = 1}, image);
     RC_ASSERT(image.doubt.size() == image.values.size());
     for (int v = 0; v < image.height; ++v)

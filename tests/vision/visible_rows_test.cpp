@@ -8,7 +8,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "random_rig.h"
-#include "tests/vision/every_target.h"
+#include "tests/every_target.h"
 
 namespace headway::vision {
 namespace {
@@ -111,7 +111,7 @@ RC_GTEST_PROP(VisibleRows, HoldExactlyTheVoxelsThatTheTestOfAPointHolds, ()) {
   const Isometry3d map_from_camera = some_pose(), camera_from_map = map_from_camera.inverse();
   Rows rows = some_polytope(grid);
   for (Vector4d& row : rows) row = moved(row, camera_from_map);  // so that the ties are in the map
-  test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     VisibleRows visible;
     const auto spans = visible.find(rows, grid, map_from_camera);
     RC_ASSERT(spans.size() == static_cast<std::size_t>(grid.ny * grid.nz));
@@ -199,7 +199,7 @@ RC_GTEST_PROP(Containment, OfManyPointsIsThatOfEach, ()) {
     row[3] = -side({row[0], row[1], row[2], 0}, static_cast<double>(x[i]), static_cast<double>(y[i]),
                    static_cast<double>(z[i]));
   }
-  test::on_every_target([&](const char*) {
+  headway::test::on_every_target([&](const char*) {
     std::vector<std::uint8_t> inside(x.size(), 7);
     contains(rows, x, y, z, inside);
     for (std::size_t i = 0; i < x.size(); ++i)

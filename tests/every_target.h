@@ -5,7 +5,7 @@
 
 #include <hwy/targets.h>
 
-namespace headway::vision::test {
+namespace headway::test {
 
 /// Calls `check(name)` once for each; then the best is chosen again.
 template <class Check>
@@ -19,4 +19,4 @@ void on_every_target(const Check& check) {
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
-}  // namespace headway::vision::test
+}  // namespace headway::test
