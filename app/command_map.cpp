@@ -23,6 +23,7 @@
 #include "nav/cloud_file.h"
 #include "nav/explored.h"
 #include "nav/floor_map.h"
+#include "nav/floor_projection.h"
 #include "nav/integrate.h"
 #include "nav/octomap_files.h"
 #include "nav/voxel_map.h"
@@ -148,6 +149,8 @@ class MapRun {
     out_.emplace(options_.out, "map");
     ground_ = find_ground(sequence_, eyes_);
     map_ = std::make_unique<nav::VoxelMap>(map_box(sequence_, ground_, eyes_, options_.resolution));
+    floor_ = nav::unseen_floor(nav::floor_grid(*map_));
+    projection_.emplace(floor_.grid);
     const Json box = box_report(*map_);
     fmt::print("{} frames; map of {} voxels, {} MiB\n", sequence_.frames.size(), box["voxels"].dump(),
                box["memory_mib"].dump());
@@ -198,7 +201,7 @@ class MapRun {
     Stopwatch watch;
     const nav::IntegrationStats stats = integrator_.integrate(*map_, *look_.view, map_from_view, frame.stamp);
     const double integrate_ms = watch.lap_ms();
-    nav::floor_map(*map_, {}, floor_);
+    projection_->update(*map_, floor_);
     const double floor_ms = watch.lap_ms();
     cloud_.add(*look_.view, map_from_view);
     const std::size_t points = points_within(*look_.view, look_.view->near, look_.view->far);
@@ -279,6 +282,7 @@ class MapRun {
   Ground ground_;
   std::unique_ptr<nav::VoxelMap> map_;
   nav::Integrator integrator_;
+  std::optional<nav::FloorProjection> projection_;
   nav::FloorMap floor_;
   nav::CloudFile cloud_;
   SequenceEyes::Look look_;

@@ -11,6 +11,7 @@
 #include "bench/figures.h"
 #include "hal/angle.h"
 #include "hal/clock.h"
+#include "nav/floor_projection.h"
 #include "nav/footsteps.h"
 #include "nav/integrate.h"
 #include "nav/planner.h"
@@ -50,7 +51,7 @@ struct Laboratory {
       views.push_back(vision.see(looks[i].frame));
       integrator.integrate(map, views[i], pose(i), Time{});
     }
-    nav::floor_map(map, {}, floor);
+    floor = nav::floor_map(map);
     nav::start_clear(floor, world.start, {}, Time{});
   }
 
@@ -141,15 +142,31 @@ void map_octomap(benchmark::State& state) {
 }
 BENCHMARK(map_octomap)->Unit(benchmark::kMillisecond);
 
+/// Of what a look has changed.
 void floor(benchmark::State& state) {
   Laboratory& lab = laboratory();
-  nav::FloorMap floor;
+  nav::VoxelMap voxels(lab.config());
+  nav::Integrator integrator;
+  nav::FloorMap floor = nav::unseen_floor(nav::floor_grid(voxels));
+  nav::FloorProjection projection(floor.grid);
+  std::size_t i = 0;
   for (auto _ : state) {
-    nav::floor_map(lab.map, {}, floor);
+    state.PauseTiming();
+    const std::size_t look = i++ % lab.looks.size();
+    integrator.integrate(voxels, lab.views[look], lab.pose(look), Time{});
+    state.ResumeTiming();
+    projection.update(voxels, floor);
     benchmark::DoNotOptimize(floor.cells.data());
   }
 }
 BENCHMARK(floor)->Unit(benchmark::kMillisecond);
+
+/// Of the whole map, as if all had changed.
+void floor_anew(benchmark::State& state) {
+  Laboratory& lab = laboratory();
+  for (auto _ : state) benchmark::DoNotOptimize(nav::floor_map(lab.map).cells.data());
+}
+BENCHMARK(floor_anew)->Unit(benchmark::kMillisecond);
 
 void plan(benchmark::State& state) {
   Laboratory& lab = laboratory();

@@ -1,7 +1,7 @@
 // The floor seen from above: where the robot may put its body, where it may not, and what it has not seen.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -83,15 +83,8 @@ FloorGrid floor_grid(const VoxelMapConfig& box);
 
 /// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height. Free: not
 /// blocked, and the floor itself (an occupied voxel at the column's foot) has been seen, so a hole is never
-/// free. Unseen: else.
+/// free. Unseen: else. FloorProjection does the same from what has changed.
 FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config = {});
-/// The same into a map whose memory is reused.
-void floor_map(const VoxelMap& map, const FloorMapConfig& config, FloorMap& into);
-
-/// Puts the cells of a part of a floor, on the same raster, into the whole; what was seen later there, stays
-/// so. The part's outermost cells are left out unless they are the whole's, too: what stands beside them is
-/// not known to it.
-void copy_floor(const FloorMap& part, FloorMap& whole);
 
 /// The area around the start that the operator vouches for.
 struct StartArea {
@@ -99,6 +92,8 @@ struct StartArea {
   Eigen::Vector2d footprint_half{0.15, 0.20};  ///< half length and width [m] of where the robot itself stands
 };
 
+/// The cells of the grid that start_clear may change.
+Eigen::AlignedBox2i start_cells(const FloorGrid& grid, const Pose2& start, const StartArea& area);
 /// Counts the start area as free and seen at `stamp` where it is unseen. What is blocked stays so, except
 /// under the robot's own footprint while it stands there: nothing else can.
 void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp,

@@ -76,12 +76,13 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config) : config_(config) {
   summaries_.assign(count, {});
   emptied_.assign(count, 0);
   floor_seen_.assign(static_cast<std::size_t>(size().x()) * static_cast<std::size_t>(size().y()), kNever);
+  column_changed_.assign(static_cast<std::size_t>(bricks_.x()) * static_cast<std::size_t>(bricks_.y()), 0);
   find_foot();
 }
 
 std::size_t VoxelMap::bytes() const {
   return sizeof *this + values_.size() + summaries_.size() * sizeof(BrickSummary) + emptied_.size() +
-         floor_seen_.size() * sizeof(Time);
+         floor_seen_.size() * sizeof(Time) + column_changed_.size() * sizeof(std::uint64_t);
 }
 
 void VoxelMap::find_foot() {
@@ -113,6 +114,7 @@ void VoxelMap::settle(std::size_t brick, Time stamp) {
   }
   summaries_[brick] = {static_cast<std::uint16_t>(unseen), static_cast<std::uint16_t>(occupied), stamp};
   emptied_[brick] = 0;
+  note_change(brick % column_changed_.size());
 }
 
 void VoxelMap::roll_to(const Eigen::Vector3d& centre, BrickStore* store) {
@@ -154,6 +156,7 @@ void VoxelMap::leave(const Index& at, BrickStore* store) {
 
 void VoxelMap::enter(const Index& at, BrickStore* store) {
   const std::size_t brick = brick_index(at);
+  note_change(brick % column_changed_.size());
   if (store == nullptr || !store->give_back(key(at), edit(brick), summaries_[brick])) return;
   // When the foot of a column was last observed is not kept; at the latest change of its brick, it was.
   for (int cube = 0; cube < 8; ++cube) {
@@ -175,6 +178,7 @@ Time VoxelMap::floor_seen_at(int x, int y) const {
 
 void VoxelMap::see_columns(const Index& brick, int quarter, std::uint16_t columns, Time stamp) {
   Time* seen = floor_seen_.data() + columns_of(brick) + 16 * quarter;
+  note_change(columns_of(brick) / kColumns);
   if (columns == 0xffff) {
     std::fill_n(seen, 16, stamp);
     return;

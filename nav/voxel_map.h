@@ -123,6 +123,14 @@ class VoxelMap {
     s.unseen = static_cast<std::uint16_t>(s.unseen + unseen);
     s.occupied = static_cast<std::uint16_t>(s.occupied + occupied);
     s.changed = stamp;
+    note_change(brick % column_changed_.size());
+  }
+
+  /// Changes of anything known so far: of values, of when a floor column was seen, and of the window's place.
+  std::uint64_t changes() const { return changes_; }
+  /// What `changes` was after the last one in a column of bricks (x, y) of the window; 0 before the first.
+  std::uint64_t column_changed(int x, int y) const {
+    return column_changed_[brick_index({x, y, 0}) % column_changed_.size()];
   }
   /// Bit per cube of 4x4x4 voxels: those known to be emptied as far as log-odds go, which another miss leaves
   /// as they are. Whoever raises a value in a cube clears its bit; `settle` clears all.
@@ -132,7 +140,10 @@ class VoxelMap {
   /// and outside the box.
   Time floor_seen_at(int x, int y) const;
   /// Notes an observation of a column of the box.
-  void see_floor(int x, int y, Time stamp) { floor_seen_[column(x, y)] = stamp; }
+  void see_floor(int x, int y, Time stamp) {
+    floor_seen_[column(x, y)] = stamp;
+    note_change(column(x, y) / kColumns);
+  }
   /// The same of columns of a brick's quarter (0..3: y >= 4, x >= 4 in binary): those whose bit y * 4 + x is
   /// set.
   void see_columns(const Index& brick, int quarter, std::uint16_t columns, Time stamp);
@@ -158,6 +169,8 @@ class VoxelMap {
     const int quarter = (y >> 2 & 1) << 1 | (x >> 2 & 1);
     return columns_of({x >> 3, y >> 3, 0}) + static_cast<std::size_t>(quarter << 4 | (y & 3) << 2 | (x & 3));
   }
+  /// Columns of bricks have the numbers of their first bricks.
+  void note_change(std::size_t column) { column_changed_[column] = ++changes_; }
   void find_foot();
   template <class Visit>
   void for_each_outside(const Index& shift, const Visit& visit) const;
@@ -174,6 +187,8 @@ class VoxelMap {
   std::vector<BrickSummary> summaries_;
   std::vector<std::uint8_t> emptied_;  ///< of bricks
   std::vector<Time> floor_seen_;       ///< of columns of voxels
+  std::uint64_t changes_ = 0;
+  std::vector<std::uint64_t> column_changed_;  ///< of columns of bricks
 };
 
 }  // namespace headway::nav

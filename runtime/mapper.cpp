@@ -29,7 +29,7 @@ Mapper::Mapper(const MapperConfig& config, const Pose2& start)
       voxels_(first_window(config)),
       aside_(config.voxels.resolution),
       integrator_(config.integration),
-      seen_floor_(nav::unseen_floor(nav::floor_grid(voxels_))),
+      projection_(nav::floor_grid(config.voxels), config.floor),
       floor_(nav::unseen_floor(nav::floor_grid(config.voxels))) {
   follow({start.x, start.y, 0});
   project();
@@ -67,8 +67,8 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
 }
 
 void Mapper::project() {
-  nav::floor_map(voxels_, config_.floor, seen_floor_);
-  nav::copy_floor(seen_floor_, floor_);
+  projection_.again(nav::start_cells(floor_.grid, start_, config_.start_area));
+  projection_.update(voxels_, floor_);
   nav::start_clear(floor_, start_, config_.start_area, Time{}, at_start_);
 }
 

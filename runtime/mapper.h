@@ -6,6 +6,7 @@
 #include "hal/pose2.h"
 #include "nav/cold_store.h"
 #include "nav/floor_map.h"
+#include "nav/floor_projection.h"
 #include "nav/integrate.h"
 #include "nav/voxel_map.h"
 #include "vision/range_view.h"
@@ -30,7 +31,7 @@ class Mapper {
   /// Takes in one look; `stamp` is its exposure.
   nav::IntegrationStats integrate(const vision::RangeView& view, const Eigen::Isometry3d& map_from_camera,
                                   const Eigen::Isometry3d& map_from_chest, Time stamp);
-  /// Projects the map on the floor again.
+  /// Projects on the floor what has changed in the map.
   void project();
 
   /// Of the window.
@@ -53,7 +54,7 @@ class Mapper {
   nav::VoxelMap voxels_;
   nav::ColdStore aside_;
   nav::Integrator integrator_;
-  nav::FloorMap seen_floor_;  ///< of the window
+  nav::FloorProjection projection_;
   nav::FloorMap floor_;
 };
 

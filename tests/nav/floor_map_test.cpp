@@ -147,13 +147,6 @@ TEST(FloorMap, DoesNotTakeAHoleForFloor) {
   EXPECT_EQ(floor_at(floor_map(map), 0.125, 0.125), Floor::kUnseen);
 }
 
-TEST(FloorMap, ReusesTheMemoryOfAnotherMap) {
-  FloorMap floor = unseen_floor({0.1, {3, 3}, 500, 2});
-  floor_map(empty_hall(), {}, floor);
-  EXPECT_EQ(floor.grid, floor_grid(empty_hall()));
-  EXPECT_EQ(floor.cells, floor_map(empty_hall()).cells);
-}
-
 TEST(FloorMap, ShowsAFurnishedRoomAsItIs) {
   VoxelMapConfig config;
   config.lowest = {-2.8, -2.8, -0.4};

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "attic.h"
 #include "nav/integrate.h"
 #include "room_map.h"
 #include "synthetic_room.h"
@@ -15,25 +16,6 @@ namespace headway::nav {
 namespace {
 
 using Index = VoxelMap::Index;
-
-class Attic final : public BrickStore {
- public:
-  void keep(const BrickKey& key, std::span<const LogOdds, kBrickVoxels> values,
-            const BrickSummary& summary) override {
-    Brick& brick = bricks[key];
-    std::ranges::copy(values, brick.values.begin());
-    brick.summary = summary;
-  }
-  bool give_back(const BrickKey& key, std::span<LogOdds, kBrickVoxels> values,
-                 BrickSummary& summary) override {
-    const auto found = bricks.find(key);
-    if (found == bricks.end()) return false;
-    std::ranges::copy(found->second.values, values.begin());
-    summary = found->second.summary;
-    return true;
-  }
-  std::map<BrickKey, Brick> bricks;
-};
 
 VoxelMap window() {
   VoxelMapConfig config;

@@ -1,0 +1,53 @@
+// Keeps a floor map up to date with a voxel map, looking only into columns of bricks that have changed.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "nav/floor_map.h"
+#include "nav/voxel_map.h"
+
+namespace headway::nav {
+
+/// What floor_map does, piece by piece. The floor may be larger than the voxel map's window: cells that it
+/// has left stay as they were last known.
+class FloorProjection {
+ public:
+  /// For floor maps with this grid, on which the voxel map's columns lie. Throws InputError as
+  /// FloorMapConfig::validate.
+  explicit FloorProjection(const FloorGrid& grid, const FloorMapConfig& config = {});
+
+  /// Brings `floor` up to date with all changes since the last call, to the cell what floor_map makes of the
+  /// whole map. `map` and `floor` must be those of the last call; the first finds the floor unseen. What lies
+  /// outside of the grid is left out.
+  void update(const VoxelMap& map, FloorMap& floor);
+  /// Makes the next update decide these cells (those of the grid) again, for someone writes over them.
+  void again(const Eigen::AlignedBox2i& cells) { again_.extend(cells); }
+
+  /// Columns of bricks that the last update looked into.
+  std::size_t columns_looked_into() const { return changed_.size(); }
+
+ private:
+  /// What stands on a cell.
+  struct Column {
+    std::uint8_t obstacles = 0;  ///< occupied voxels between floor tolerance and body height, up to 28
+    bool strong = false;         ///< one of them is sure
+    bool floor = false;          ///< an occupied voxel at the foot
+  };
+
+  void gather(const VoxelMap& map, const Eigen::Vector2i& bricks, const Eigen::Vector2i& first,
+              FloorMap& floor);
+  void gather_brick(const VoxelMap& map, std::size_t brick, int first_z, const Eigen::Vector2i& first);
+  void decide(const Eigen::AlignedBox2i& cells, FloorMap& floor) const;
+  int obstacles_around(const Eigen::Vector2i& cell) const;
+
+  FloorGrid grid_;
+  FloorMapConfig config_;
+  std::vector<Column> columns_;           ///< FloorGrid::index
+  std::uint64_t changes_ = 0;             ///< of the map, known to the floor
+  std::vector<Eigen::Vector2i> changed_;  ///< first cells of columns of bricks
+  Eigen::AlignedBox2i again_;
+};
+
+}  // namespace headway::nav
