@@ -82,21 +82,35 @@ std::int64_t stamp_of(const std::filesystem::path& file, int line, std::string_v
   return ns;
 }
 
-StampedPose pose_of(const std::filesystem::path& file, const TextLine& line) {
+/// Seconds with a fraction, to nanoseconds.
+std::int64_t stamp_in_seconds(const std::filesystem::path& file, int line, std::string_view word) {
+  const double stamp = number_of(file, line, word);
+  if (!(stamp >= 0 && stamp < 9e9)) fail(file, line, fmt::format("'{}', expected a stamp in seconds", word));
+  return std::llround(stamp * 1e9);
+}
+
+/// How a table of poses is written.
+struct PoseColumns {
+  const char* names;
+  std::int64_t (*stamp)(const std::filesystem::path& file, int line, std::string_view word);
+  std::size_t w;  ///< column of the quaternion's real part
+  std::size_t x;  ///< of its first imaginary one; the others follow
+};
+constexpr PoseColumns kEuroc{"stamp [ns], x, y, z [m], qw, qx, qy, qz", stamp_of, 4, 5};
+constexpr PoseColumns kTum{"stamp [s], x, y, z [m], qx, qy, qz, qw", stamp_in_seconds, 7, 4};
+
+StampedPose pose_of(const std::filesystem::path& file, const TextLine& line, const PoseColumns& columns) {
   constexpr std::size_t kColumns = 8;
   const auto words = split(line.text, ", \t\r");
-  if (words.size() < kColumns) {
-    fail(file, line.number,
-         fmt::format("has {} values, expected 8: stamp [ns], x, y, z [m], qw, qx, qy, qz", words.size()));
-  }
+  if (words.size() < kColumns)
+    fail(file, line.number, fmt::format("has {} values, expected 8: {}", words.size(), columns.names));
   std::array<double, kColumns> v{};
   for (std::size_t i = 1; i < kColumns; ++i) v[i] = number_of(file, line.number, words[i]);
-  const Eigen::Quaterniond q(v[4], v[5], v[6], v[7]);
-  if (!(std::abs(q.norm() - 1) < 0.01)) {
+  const Eigen::Quaterniond q(v[columns.w], v[columns.x], v[columns.x + 1], v[columns.x + 2]);
+  if (!(std::abs(q.norm() - 1) < 0.01))
     fail(file, line.number,
-         fmt::format("the quaternion has length {:.3g}, expected 1 (qw, qx, qy, qz)", q.norm()));
-  }
-  StampedPose pose{stamp_of(file, line.number, words[0]), Eigen::Isometry3d::Identity()};
+         fmt::format("the quaternion has length {:.3g}, expected 1 ({})", q.norm(), columns.names));
+  StampedPose pose{columns.stamp(file, line.number, words[0]), Eigen::Isometry3d::Identity()};
   pose.pose.linear() = q.normalized().toRotationMatrix();
   pose.pose.translation() << v[1], v[2], v[3];
   if (!(pose.pose.translation().norm() < kFarthest))
@@ -125,20 +139,44 @@ std::vector<double> read_matrix(const std::filesystem::path& file, std::size_t r
 
 }  // namespace
 
-std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv) {
+namespace {
+
+std::vector<StampedPose> read_poses(const std::filesystem::path& file, const PoseColumns& columns) {
   std::vector<StampedPose> poses;
   int line_before = 0;
-  for (const TextLine& line : read_lines(csv, "poses: stamp [ns], x, y, z [m], qw, qx, qy, qz")) {
-    const StampedPose pose = pose_of(csv, line);
+  for (const TextLine& line : read_lines(file, fmt::format("poses: {}", columns.names).c_str())) {
+    const StampedPose pose = pose_of(file, line, columns);
     if (!poses.empty() && pose.stamp_ns <= poses.back().stamp_ns) {
-      fail(csv, line.number,
+      fail(file, line.number,
            fmt::format("its stamp is not later than that of line {}, expected rising stamps", line_before));
     }
     line_before = line.number;
     poses.push_back(pose);
   }
-  if (poses.empty()) throw InputError(csv.string() + ": holds no poses, expected at least one");
+  if (poses.empty()) throw InputError(file.string() + ": holds no poses, expected at least one");
   return poses;
+}
+
+}  // namespace
+
+std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv) { return read_poses(csv, kEuroc); }
+std::vector<StampedPose> read_tum_poses(const std::filesystem::path& file) { return read_poses(file, kTum); }
+
+std::vector<StampedImage> read_tum_images(const std::filesystem::path& file) {
+  constexpr const char* kWhat = "a list of images: stamp [s] depth/NAME.png, with or without those of colour";
+  std::vector<StampedImage> images;
+  for (const TextLine& line : read_lines(file, kWhat)) {
+    const auto words = split(line.text, ", \t\r");
+    const std::size_t depth = words.size() == 4 && !words[1].starts_with("depth") ? 2 : 0;
+    if (words.size() != 2 && words.size() != 4)
+      fail(file, line.number, fmt::format("has {} words, expected {}", words.size(), kWhat));
+    images.push_back(
+        {stamp_in_seconds(file, line.number, words[depth]), file.parent_path() / words[depth + 1]});
+    if (images.size() > 1 && images.back().stamp_ns <= images[images.size() - 2].stamp_ns)
+      fail(file, line.number, "its stamp is not later than the one before, expected rising stamps");
+  }
+  if (images.empty()) throw InputError(fmt::format("{}: names no images, expected {}", file.string(), kWhat));
+  return images;
 }
 
 std::vector<vision::HeadSample> read_head_table(const std::filesystem::path& csv) {

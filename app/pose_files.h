@@ -19,6 +19,19 @@ struct StampedPose {
 /// "stamp [ns], x, y, z, qw, qx, qy, qz" a line; # begins a comment. Throws InputError.
 std::vector<StampedPose> read_pose_table(const std::filesystem::path& csv);
 
+/// "stamp [s] x y z qx qy qz qw" a line, as TUM's RGB-D sequences have it, in rising order. Throws
+/// InputError.
+std::vector<StampedPose> read_tum_poses(const std::filesystem::path& file);
+
+/// An image with its stamp [ns].
+struct StampedImage {
+  std::int64_t stamp_ns = 0;
+  std::filesystem::path image;
+};
+/// The depth images of a TUM list: "stamp [s] file" a line, or such pairs of depth and colour beside each
+/// other, the depth image's named depth/... Paths are relative to the list. Throws InputError.
+std::vector<StampedImage> read_tum_images(const std::filesystem::path& file);
+
 /// "stamp [ns], pan [deg], tilt [deg]" a line, as the drives report them, in rising order; # begins a
 /// comment. Throws InputError.
 std::vector<vision::HeadSample> read_head_table(const std::filesystem::path& csv);

@@ -206,6 +206,21 @@ Sequence read_stereo_sequence(const fs::path& folder, const SequenceOptions& opt
   return sequence;
 }
 
+namespace {
+
+/// Size and centre, by the first image.
+void fit_camera(Sequence& sequence, const std::string& camera_from) {
+  const hal::DepthFrame first = vision::read_depth(sequence.frames.front().left, sequence.depth_per_metre);
+  sequence.camera.width = first.width;
+  sequence.camera.height = first.height;
+  if (!(sequence.camera.cx < first.width && sequence.camera.cy < first.height)) {
+    throw InputError(fmt::format("{}: centre ({:g}, {:g}) lies outside the images of {} x {} px", camera_from,
+                                 sequence.camera.cx, sequence.camera.cy, first.width, first.height));
+  }
+}
+
+}  // namespace
+
 Sequence read_depth_sequence(const fs::path& folder) {
   Sequence sequence;
   sequence.layout = Sequence::Layout::kDepth;
@@ -221,14 +236,69 @@ Sequence read_depth_sequence(const fs::path& folder) {
     const Eigen::Isometry3d pose = read_pose_matrix(folder / (name + ".pose.txt"));
     sequence.frames.push_back({name, stamp, image, {}, pose, PoseSource::kGiven});
   }
-  const hal::DepthFrame first = vision::read_depth(images.front());
-  sequence.camera.width = first.width;
-  sequence.camera.height = first.height;
-  if (!(sequence.camera.cx < first.width && sequence.camera.cy < first.height)) {
-    throw InputError(fmt::format("{}: centre ({:g}, {:g}) lies outside the images of {} x {} px",
-                                 (folder / "camera-intrinsics.txt").string(), sequence.camera.cx,
-                                 sequence.camera.cy, first.width, first.height));
+  fit_camera(sequence, (folder / "camera-intrinsics.txt").string());
+  return sequence;
+}
+
+namespace {
+
+constexpr double kTumDepth = 5000;  // units to the metre
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+/// Whether frames are numbered in place of stamps, as ICL-NUIM's are.
+bool numbered(const std::vector<StampedImage>& images) {
+  constexpr std::int64_t kMost = kMostFrames * kSecond;
+  return std::ranges::all_of(
+      images, [](const StampedImage& i) { return i.stamp_ns % kSecond == 0 && i.stamp_ns <= kMost; });
+}
+
+/// ICL-NUIM's camera is (481.2, -480, 319.5, 239.5): its y axis, and the world's, are those of a mirror. What
+/// is true there is true here with all y turned round.
+void read_as_icl_nuim(Sequence& sequence, std::vector<StampedPose>& poses) {
+  sequence.camera = {0, 0, (481.2 + 480) / 2, 319.5, 239.5};
+  const Eigen::Matrix3d mirror = Eigen::Vector3d(1, -1, 1).asDiagonal();
+  for (StampedPose& p : poses) {
+    p.pose.linear() = (mirror * p.pose.linear() * mirror).eval();
+    p.pose.translation() = (mirror * p.pose.translation()).eval();
   }
+}
+
+}  // namespace
+
+Sequence read_tum_sequence(const fs::path& folder, const SequenceOptions& options) {
+  Sequence sequence;
+  sequence.layout = Sequence::Layout::kDepth;
+  sequence.depth_per_metre = kTumDepth;
+  std::error_code error;
+  const fs::path pairs = folder / "associations.txt", table = folder / "groundtruth.txt",
+                 intrinsics = folder / "camera-intrinsics.txt";
+  const std::vector<StampedImage> images =
+      read_tum_images(fs::exists(pairs, error) ? pairs : folder / "depth.txt");
+  std::vector<StampedPose> stamped = read_tum_poses(table);
+  if (fs::exists(intrinsics, error)) {
+    sequence.camera = read_intrinsics(intrinsics);
+  } else if (numbered(images)) {
+    read_as_icl_nuim(sequence, stamped);
+  } else {
+    throw InputError(intrinsics.string() +
+                     ": no such file, expected a 3x3 camera matrix: f 0 cx, 0 f cy, 0 0 1");
+  }
+  const Poses poses(std::move(stamped), options);
+  for (const StampedImage& image : images) {
+    std::string why;
+    const std::string name = image.image.stem().string();
+    if (const auto found = poses.at(image.stamp_ns, why)) {
+      const Time stamp{Duration(image.stamp_ns - images.front().stamp_ns)};
+      sequence.frames.push_back({name, stamp, image.image, {}, found->pose, found->source});
+    } else {
+      sequence.skipped.push_back(fmt::format("{}: {}", name, why));
+    }
+  }
+  if (sequence.frames.empty()) {
+    throw InputError(fmt::format("{}: no image of {} has a pose, expected stamps that overlap",
+                                 table.string(), folder.string()));
+  }
+  fit_camera(sequence, intrinsics.string());
   return sequence;
 }
 
@@ -238,12 +308,15 @@ Sequence read_sequence(const fs::path& folder, const SequenceOptions& options) {
   // EuRoC's archives keep everything below mav0.
   if (fs::is_directory(folder / "mav0", error)) return read_sequence(folder / "mav0", options);
   if (fs::is_directory(folder / "cam0", error)) return read_stereo_sequence(folder, options);
+  if (fs::exists(folder / "groundtruth.txt", error)) return read_tum_sequence(folder, options);
   if (fs::exists(folder / "camera-intrinsics.txt", error) || !files_in(folder, ".depth.png").empty()) {
     return read_depth_sequence(folder);
   }
-  throw InputError(folder.string() +
-                   ": holds no sequence, expected cam0/data and cam1/data (EuRoC) or frame-*.depth.png with "
-                   "frame-*.pose.txt and camera-intrinsics.txt");
+  throw InputError(
+      folder.string() +
+      ": holds no sequence, expected cam0/data and cam1/data (EuRoC) or frame-*.depth.png with "
+      "frame-*.pose.txt and camera-intrinsics.txt, or groundtruth.txt with associations.txt or depth.txt "
+      "(TUM, ICL-NUIM)");
 }
 
 }  // namespace headway::app

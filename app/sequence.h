@@ -1,4 +1,5 @@
-// Recorded sequences from folders: stereo pairs as EuRoC keeps them, or depth images with a pose each.
+// Recorded sequences from folders: stereo pairs as EuRoC keeps them, or depth images with poses, each its own
+// or in a table as TUM and ICL-NUIM keep them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -36,6 +37,7 @@ struct Sequence {
   std::vector<SequenceFrame> frames;     ///< in order of time; at least one
   std::optional<vision::StereoRig> rig;  ///< kStereo
   vision::PinholeCamera camera;          ///< kDepth; size from the first image
+  double depth_per_metre = 1000;         ///< kDepth; units of the images
   bool world_is_level = false;           ///< the poses' z axis is known to point up
   bool rotations_inverted = false;       ///< the pose table's rotations were read as camera from world
   std::vector<std::string> skipped;      ///< frames left out, each with its reason
@@ -51,8 +53,11 @@ struct SequenceOptions {
 /// calibration.
 Sequence read_sequence(const std::filesystem::path& folder, const SequenceOptions& options = {});
 
-/// The two layouts by themselves.
+/// The layouts by themselves.
 Sequence read_stereo_sequence(const std::filesystem::path& folder, const SequenceOptions& options = {});
 Sequence read_depth_sequence(const std::filesystem::path& folder);
+/// groundtruth.txt, associations.txt or depth.txt, and camera-intrinsics.txt. Without the last the images
+/// must be ICL-NUIM's, whose stamps are whole numbers and whose camera is known.
+Sequence read_tum_sequence(const std::filesystem::path& folder, const SequenceOptions& options = {});
 
 }  // namespace headway::app

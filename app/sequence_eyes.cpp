@@ -14,7 +14,7 @@ constexpr DepthRange kDepthCamera{0.4, 5.0};
 
 SequenceEyes::SequenceEyes(const Sequence& sequence, std::optional<double> near, std::optional<double> far,
                            const vision::VisionConfig& vision)
-    : depth_camera_(sequence.camera) {
+    : depth_camera_(sequence.camera), depth_per_metre_(sequence.depth_per_metre) {
   range_ = sequence.rig ? DepthRange{sequence.rig->nearest, sequence.rig->farthest} : kDepthCamera;
   if (near) range_.near = *near;
   if (far) range_.far = *far;
@@ -57,7 +57,7 @@ const vision::RangeView& SequenceEyes::see_pair(const SequenceFrame& frame, Look
 
 const vision::RangeView& SequenceEyes::see_depth(const SequenceFrame& frame, Look& look) {
   Stopwatch watch;
-  hal::DepthFrame depth = vision::read_depth(frame.left);
+  hal::DepthFrame depth = vision::read_depth(frame.left, depth_per_metre_);
   depth.exposure = frame.stamp;
   look.read_ms = watch.lap_ms();
   if (depth.width != depth_camera_.width || depth.height != depth_camera_.height) {

@@ -44,6 +44,7 @@ class SequenceEyes {
   DepthRange range_;
   std::unique_ptr<vision::StereoVision> stereo_;  ///< null for depth images
   vision::PinholeCamera depth_camera_;
+  double depth_per_metre_;
   vision::RangeView view_;
   hal::StereoFrame pair_;
 };

@@ -320,6 +320,9 @@ TEST(RealDataSlow, SequencesAreMapped) {
   EXPECT_EQ(hall["frames"].size(), 14U);
   EXPECT_GT(hall["floor_m2"]["free"], 1);
   for (const auto& frame : hall["frames"]) EXPECT_GT(frame["density"], 0.7);
+  const auto living_room = map("iclnuim");
+  EXPECT_EQ(living_room["frames"].size(), 3U);
+  for (const auto& frame : living_room["frames"]) EXPECT_GT(frame["density"], 0.99);
 }
 
 }  // namespace

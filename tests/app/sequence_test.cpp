@@ -289,6 +289,91 @@ TEST(DepthSequence, NamesAMissingPose) {
               HasSubstr("frame-000001.pose.txt: no such file"));
 }
 
+std::string tum_row(double stamp, const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  const Eigen::Vector3d t = pose.translation();
+  return fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", stamp, t.x(), t.y(), t.z(),
+                     q.x(), q.y(), q.z(), q.w());
+}
+
+/// Three images 0.1 s apart, poses 0.05 s apart, as TUM keeps them.
+void write_tum_folder(const fs::path& folder) {
+  fs::create_directories(folder / "depth");
+  write_text(folder / "camera-intrinsics.txt", "50 0 31.5\n0 50 23.5\n0 0 1\n");
+  std::string list = "# depth maps\n", poses = "# ground truth trajectory\n";
+  for (int i = 0; i < 3; ++i) {
+    write_png(cv::Mat(48, 64, CV_16U, cv::Scalar(7500)), folder / fmt::format("depth/{}.png", i));
+    list += fmt::format("{:.4f} depth/{}.png\n", 1000.025 + 0.1 * i, i);
+  }
+  for (int i = 0; i < 8; ++i) poses += tum_row(1000 + 0.05 * i, upright(0.05 * i));
+  write_text(folder / "depth.txt", list);
+  write_text(folder / "groundtruth.txt", poses);
+}
+
+TEST(TumSequence, TakesPosesFromItsTable) {
+  const TemporaryFolder folder;
+  write_tum_folder(folder.path());
+  const Sequence sequence = read_sequence(folder.path());
+  EXPECT_EQ(sequence.layout, Sequence::Layout::kDepth);
+  EXPECT_EQ(sequence.depth_per_metre, 5000);
+  EXPECT_EQ(sequence.camera.width, 64);
+  EXPECT_EQ(sequence.camera.focal, 50);
+  ASSERT_EQ(sequence.frames.size(), 3U);
+  EXPECT_EQ(sequence.frames[1].left, folder / "depth/1.png");
+  EXPECT_EQ(sequence.frames[1].pose_source, PoseSource::kInterpolated);
+  EXPECT_TRUE(sequence.frames[1].world_from_camera.isApprox(upright(0.125), 1e-6));
+}
+
+TEST(TumSequence, FindsTheDepthImagesInAListOfPairs) {
+  for (const char* list : {"7.5 rgb/a.png 8.25 depth/b.png\n", "8.25 depth/b.png 7.5 rgb/a.png\n"}) {
+    const TemporaryFolder folder;
+    write_text(folder / "list.txt", list);
+    const auto images = read_tum_images(folder / "list.txt");
+    ASSERT_EQ(images.size(), 1U);
+    EXPECT_EQ(images[0].stamp_ns, 8'250'000'000);
+    EXPECT_EQ(images[0].image, folder / "depth/b.png");
+  }
+}
+
+TEST(TumSequence, SaysWhatIsWrong) {
+  const auto error = [&](const char* file, const char* text) {
+    const TemporaryFolder folder;
+    write_tum_folder(folder.path());
+    text == nullptr ? static_cast<void>(fs::remove(folder / file)) : write_text(folder / file, text);
+    return error_of([&] { read_sequence(folder.path()); });
+  };
+  EXPECT_THAT(error("camera-intrinsics.txt", nullptr), HasSubstr("camera-intrinsics.txt: no such file"));
+  EXPECT_THAT(error("depth.txt", nullptr), HasSubstr("depth.txt: no such file"));
+  EXPECT_THAT(error("depth.txt", "# none\n"), HasSubstr("names no images"));
+  EXPECT_THAT(error("depth.txt", "1 depth/0.png 2\n"), HasSubstr("depth.txt:1: has 3 words"));
+  EXPECT_THAT(error("depth.txt", "x depth/0.png\n"), HasSubstr("depth.txt:1: 'x', expected a number"));
+  EXPECT_THAT(error("depth.txt", "-1 depth/0.png\n"), HasSubstr("expected a stamp in seconds"));
+  EXPECT_THAT(error("depth.txt", "2 depth/0.png\n1 depth/1.png\n"), HasSubstr("depth.txt:2: its stamp"));
+  EXPECT_THAT(error("depth.txt", "5 depth/0.png\n"), HasSubstr("no image of"));
+  EXPECT_THAT(error("groundtruth.txt", "1000 0 0 0 0 0 1\n"), HasSubstr("expected 8: stamp [s]"));
+  EXPECT_THAT(error("groundtruth.txt", "1000 0 0 0 0 0 0 2\n"), HasSubstr("quaternion has length 2"));
+  EXPECT_THAT(error("depth/0.png", nullptr), HasSubstr("0.png"));
+}
+
+TEST(TumSequence, TurnsIclNuimsMirroredWorldRound) {
+  const TemporaryFolder folder;
+  write_tum_folder(folder.path());
+  fs::remove(folder / "camera-intrinsics.txt");
+  write_png(cv::Mat(480, 640, CV_16U, cv::Scalar(7500)), folder / "depth/0.png");
+  write_text(folder / "depth.txt", "1 depth/0.png\n");
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  pose.translation() << 0.1, 0.2, -2.25;
+  write_text(folder / "groundtruth.txt", tum_row(1, pose));
+  const Sequence sequence = read_sequence(folder.path());
+  ASSERT_EQ(sequence.frames.size(), 1U);
+  // A point of its camera with y up, in its world and turned round, and the same point as ours.
+  const Eigen::Vector3d up(0.3, 0.5, 2), down(0.3, -0.5, 2);
+  Eigen::Vector3d there = pose * up;
+  there.y() *= -1;
+  EXPECT_TRUE((sequence.frames[0].world_from_camera * down).isApprox(there, 1e-6));
+}
+
 /// One file of a good folder is cut or has bytes changed: the reader accepts it or says what is wrong.
 template <class Write>
 void mutate_and_read(const fs::path& file, std::uint64_t seed, const Write& read) {
@@ -317,6 +402,13 @@ RC_GTEST_PROP(BrokenSequences, NeverCrashTheDepthReader, (std::uint64_t seed)) {
   write_depth_folder(folder.path(), 2);
   const fs::path files[] = {"camera-intrinsics.txt", "frame-000000.pose.txt", "frame-000000.depth.png"};
   mutate_and_read(folder.path() / files[seed % 3], seed, [&] { read_sequence(folder.path()); });
+}
+
+RC_GTEST_PROP(BrokenSequences, NeverCrashTheReaderOfTumsLayout, (std::uint64_t seed)) {
+  const TemporaryFolder folder;
+  write_tum_folder(folder.path());
+  const fs::path files[] = {"camera-intrinsics.txt", "groundtruth.txt", "depth.txt", "depth/0.png"};
+  mutate_and_read(folder.path() / files[seed % 4], seed, [&] { read_sequence(folder.path()); });
 }
 
 TEST(RealSequences, AreRead) {
