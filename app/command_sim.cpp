@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -24,6 +25,7 @@ struct Options {
   bool no_replan = false, range = false;
   double longest = 400;
   OdometryOptions odometry;
+  std::optional<double> tilt_error;
 };
 
 void print_memory(const runtime::Mapper& mapper) {
@@ -42,6 +44,7 @@ int run(const Options& options) {
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;
   options.odometry.apply_to(sim);
+  if (options.tilt_error) sim.tilt_error = *options.tilt_error * std::numbers::pi / 180;
   sim.seed = options.seed ? options.seed : world.seed;
   sim.longest = seconds(options.longest);
   if (!options.goal.empty()) {
@@ -89,6 +92,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
   options->odometry.add_to(*command);
+  command
+      ->add_option("--tilt-error", options->tilt_error,
+                   "Degrees by which the head truly looks lower than its drive reports")
+      ->check(finite_in(-5, 5));
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");
   command->add_option("--matcher", options->matcher, "census, sgbm or bm; default: the robot's")

@@ -116,6 +116,16 @@ void read_map(const Section& map, Robot& robot) {
   check(map, robot.mapper.floor);
 }
 
+void read_levelling(const Section& section, nav::LevellingConfig& config) {
+  config.use = section.flag_or("use", config.use);
+  nav::FloorFitConfig& fit = config.fit;
+  fit.range = section.number_or("range", fit.range, {0.5, 20, "m"});
+  fit.widest_tilt =
+      section.number_or("widest_tilt_deg", fit.widest_tilt / kDegree, {0.1, 10, "deg"}) * kDegree;
+  fit.greatest_height = section.number_or("greatest_height", fit.greatest_height, {0.005, 0.5, "m"});
+  fit.least_points = section.integer_or("least_points", fit.least_points, {10, 1000000});
+}
+
 void read_localisation(const Section& section, runtime::LocalisationConfig& config) {
   config.use = section.flag_or("use", config.use);
   runtime::DriftConfig& drift = config.drift;
@@ -186,6 +196,7 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.body.stride_scale = body.number("stride_scale", {0.5, 1.5});
   config.body.yaw_per_step = body.number("yaw_per_step_deg", {-2, 2, "deg"}) * kDegree;
   check(body, config.body);
+  config.tilt_error = simulation.number_or("tilt_error_deg", 0, {-5, 5, "deg"}) * kDegree;
   const Section stage = simulation.section("stage_ms");
   const auto charge = [&](std::string_view key) {
     return seconds(stage.number(key, {0, 1000, "ms"}) * 1e-3);
@@ -193,15 +204,29 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
 }
 
-/// Trunk and arms, from the neck down to what no longer counts as floor, in the chest's frame: points that
-/// are seen there are the robot itself.
-nav::BodyBox own_body(const Section& neck, const Robot& robot) {
+/// Trunk and arms as one box, from the neck down to what no longer counts as floor.
+nav::BodyBox whole_body(const Section& neck, const Robot& robot) {
   const nav::BodyOutline& outline = robot.mission.outline;
   const double depth = outline.half_depth + outline.sway, width = outline.half_width + outline.sway;
   const double top = robot.mission.neck.chest_from_pan.translation().z(),
                bottom = robot.mapper.floor.floor_tolerance - robot.chest_height;
   if (!(bottom < top)) neck.fail("chest_from_pan", "puts the neck below the floor, expected it above");
   return {{-depth, -width, bottom}, {depth, width, top}};
+}
+
+/// What a view shows of the robot itself: the boxes of its parts, or one that holds all of it.
+std::vector<nav::BodyBox> own_body(const Section& file, const Robot& robot) {
+  std::vector<nav::BodyBox> boxes;
+  for (const Section& part : file.section("body").sections("parts")) {
+    part.text("name");
+    const auto centre = part.numbers("centre", 3, {-3, 3, "m"}),
+               size = part.numbers("size", 3, {0.01, 3, "m"});
+    const Eigen::Vector3d middle(centre[0], centre[1], centre[2]),
+        half = Eigen::Vector3d(size[0], size[1], size[2]) / 2;
+    boxes.push_back({middle - half, middle + half});
+  }
+  if (boxes.empty()) boxes.push_back(whole_body(file.section("neck"), robot));
+  return boxes;
 }
 
 }  // namespace
@@ -235,13 +260,14 @@ Robot read_robot(const std::filesystem::path& file) {
   read_gait(section.section("gait"), robot.mission.gait);
   read_body(section.section("body"), robot.mission.outline);
   read_map(section.section("map"), robot);
+  if (const auto levelling = section.section_if("levelling")) read_levelling(*levelling, robot.levelling);
   if (const auto localisation = section.section_if("localisation"))
     read_localisation(*localisation, robot.localisation);
   read_planner(section.section("planner"), robot.mission.planner);
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
+  robot.mapper.integration.own_body = own_body(section, robot);
   section.finish();
-  robot.mapper.integration.own_body = {own_body(section.section("neck"), robot)};
   robot.rig = vision::read_rig(rig);
   robot.mission.field = field_in_camera(robot.rig);
   robot.mission.viewpoints = vision::viewpoints(

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "hal/head_kinematics.h"
+#include "nav/levelling.h"
 #include "runtime/localisation.h"
 #include "runtime/lockstep.h"
 #include "runtime/mapper.h"
@@ -21,6 +22,7 @@ struct SimulationConfig {
   Eigen::Vector2i depth_image{170, 240};  ///< width, height in range mode [px]
   runtime::StageTimes charge;             ///< per frame
   sim::BodyConfig body;                   ///< what the true robot does otherwise than it is told
+  double tilt_error = 0;                  ///< of the head: true tilt, down, less the one reported [rad]
 };
 
 struct Robot {
@@ -32,6 +34,7 @@ struct Robot {
   double map_margin = 1.0;        ///< around the floor in use [m]
   Eigen::Vector2d map_height{-0.4, 2.4};
   runtime::MapperConfig mapper;  ///< `voxels` gets its box when the floor in use is known
+  nav::LevellingConfig levelling;
   runtime::LocalisationConfig localisation;
   runtime::MissionConfig mission;
   nav::StepStackConfig steps;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/false_obstacles.h"
 #include "app/map_view.h"
 #include "app/pictures.h"
 #include "app/sight_report.h"
@@ -121,6 +122,28 @@ Json unused(const drivers::WalkerCounts& counts) {
           {"lost", counts.lost}};
 }
 
+/// How the head was found to err, and in how many views the floor told of it.
+Json levelling_report(const nav::Levelling& levelling) {
+  const auto& counts = levelling.counters();
+  return {{"tilt_deg", rounded(levelling.tilt() * kDegrees, 3)},
+          {"roll_deg", rounded(levelling.roll() * kDegrees, 3)},
+          {"height_m", rounded(levelling.height())},
+          {"fitted", counts.fitted},
+          {"unseen", counts.unseen},
+          {"refused", counts.refused}};
+}
+
+Json false_obstacles_report(const SimSession& session) {
+  const FalseObstacleLimits limits;
+  const FalseObstacles found = false_obstacles(session.mapper().floor(), session.robot().mapper.floor,
+                                               session.scene(), session.trail().truth, limits);
+  return {{"cells", found.floor.size()},
+          {"fringe_cells", found.fringe.size()},
+          {"within_m", limits.within},
+          {"margin_m", limits.margin},
+          {"fringe_m", limits.fringe}};
+}
+
 Json findings_report(const std::vector<SimSightFinding>& findings) {
   Json out = Json::array();
   for (const SimSightFinding& f : findings)
@@ -182,6 +205,8 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   const auto& aligned = session.frame_loop().localisation().counters();
   report["views_aligned"] = {
       {"whole", aligned.whole}, {"partly", aligned.partly}, {"refused", aligned.refused}};
+  report["levelling"] = levelling_report(session.frame_loop().levelling());
+  report["false_obstacles"] = false_obstacles_report(session);
   report["bus"] = {{"cycles", bus.cycles},
                    {"missed", bus.missed},
                    {"frames", bus.frames},

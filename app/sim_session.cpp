@@ -86,6 +86,7 @@ void drift(const nav::GaitLimits& gait, double share, std::uint64_t seed, sim::B
 sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   sim::RobotConfig config;
   config.kinematics = robot.mission.neck;
+  config.kinematics.zero.tilt += options.tilt_error.value_or(robot.simulation.tilt_error);
   config.feet_apart = robot.mission.gait.feet_apart;
   config.frame_rate = robot.simulation.frame_rate;
   config.body = robot.simulation.body;
@@ -150,6 +151,7 @@ runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
 
 runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& options) {
   runtime::FrameLoopConfig config;
+  config.levelling = robot.levelling;
   config.localisation = robot.localisation;
   config.localisation.use &= options.localise;
   config.neck = robot.mission.neck;

@@ -31,9 +31,10 @@ struct SimOptions {
   /// share, and each step turned too far, left or right, by this share of the widest turn. The seed draws
   /// which.
   double drift = 0;
-  std::optional<nav::Goal> goal;    ///< instead of the world's
-  std::uint64_t seed = 1;           ///< of all noise in the simulated robot
-  Duration longest = seconds(400);  ///< simulated time after which a run is given up
+  std::optional<double> tilt_error;  ///< of the head, instead of the robot file's [rad]
+  std::optional<nav::Goal> goal;     ///< instead of the world's
+  std::uint64_t seed = 1;            ///< of all noise in the simulated robot
+  Duration longest = seconds(400);   ///< simulated time after which a run is given up
 };
 
 /// How near the true base must be to the goal to have arrived: what a person would call being there. The

@@ -15,6 +15,7 @@ FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, 
       mission_(mission),
       links_(links),
       stopwatch_(stopwatch),
+      levelling_(config.levelling),
       localisation_(config.localisation, mapper.voxels()),
       glance_(config.localisation.glance) {}
 
@@ -87,11 +88,14 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Time begin = stopwatch_.now();
   const vision::RangeView& view = eyes_.see();
   const Time seen = stopwatch_.now();
-  const Eigen::Isometry3d odom_from_view =
+  Eigen::Isometry3d odom_from_view =
       pose.odom_from_chest * config_.neck.chest_from_camera(pose.head) * eyes_.left_from_view();
   std::string blind = eyes_.fault();
   const bool faulty = !blind.empty();
-  if (!faulty) localisation_.see(view, odom_from_view, pose.odom_from_chest, waiting_->exposure);
+  if (!faulty) {
+    odom_from_view = levelling_.level(view, odom_from_view, waiting_->exposure);
+    localisation_.see(view, odom_from_view, pose.odom_from_chest, waiting_->exposure);
+  }
   const Eigen::Isometry3d map_from_odom = localisation_.map_from_odom().lifted();
   const Eigen::Isometry3d map_from_view = map_from_odom * odom_from_view,
                           map_from_chest = map_from_odom * pose.odom_from_chest;

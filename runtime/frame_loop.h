@@ -7,6 +7,7 @@
 
 #include "hal/clock.h"
 #include "hal/pose_history.h"
+#include "nav/levelling.h"
 #include "runtime/eyes.h"
 #include "runtime/links.h"
 #include "runtime/localisation.h"
@@ -21,6 +22,7 @@ struct FrameLoopConfig {
   Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
   Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
   Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late
+  nav::LevellingConfig levelling{};
   LocalisationConfig localisation{};
 };
 
@@ -70,6 +72,7 @@ class FrameLoop {
   const FrameLoopCounters& counters() const { return counters_; }
   const StageTimes& times() const { return times_; }
   const Localisation& localisation() const { return localisation_; }
+  const nav::Levelling& levelling() const { return levelling_; }
 
  private:
   struct Pose {
@@ -90,6 +93,7 @@ class FrameLoop {
   Links& links_;
   const hal::Clock& stopwatch_;
   FrameObserver observer_;
+  nav::Levelling levelling_;
   Localisation localisation_;
   Glance glance_;
   hal::ChestHistory chest_;

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "app/false_obstacles.h"
 #include "app/sim_outputs.h"
+#include "hal/angle.h"
 #include "sim_hal/world_file.h"
 #include "tests/source_dir/source_dir.h"
 
@@ -74,6 +76,51 @@ TEST(SimSession, FollowsOdometryThatItIsToldToTrust) {
   EXPECT_EQ(outcome.map_error, outcome.odometry_error);
   const runtime::LocalisationCounters& views = session.frame_loop().localisation().counters();
   EXPECT_EQ(views.whole + views.partly + views.refused, 0U);
+}
+
+/// Cells of level floor near the robot's way that its floor map shows as blocked.
+std::size_t false_cells(const SimSession& session) {
+  return false_obstacles(session.mapper().floor(), session.robot().mapper.floor, session.scene(),
+                         session.trail().truth)
+      .floor.size();
+}
+
+TEST(SimSession, FindsOutHowFarTheHeadsTiltIsOff) {
+  for (const double tilt : {-1.0, 0.5, 1.0}) {
+    SimOptions options = range_mode();
+    options.tilt_error = tilt * kDegree;
+    SimSession session(hrp2(), empty_room(), options);
+    const SimOutcome outcome = session.run();
+    EXPECT_TRUE(outcome.arrived) << outcome.reason;
+    // The view looks higher about its x axis, the head lower about its own.
+    EXPECT_NEAR(session.frame_loop().levelling().tilt(), -tilt * kDegree, 0.15 * kDegree);
+    EXPECT_EQ(false_cells(session), 0U) << tilt << " deg";
+  }
+}
+
+TEST(SimSession, TakesTheFloorForAnObstacleWhenItMayNotLevel) {
+  Robot robot = hrp2();
+  robot.levelling.use = false;
+  SimOptions options = range_mode();
+  options.tilt_error = 3 * kDegree;
+  options.longest = seconds(20);
+  SimSession session(robot, empty_room(), options);
+  session.run();
+  EXPECT_GT(false_cells(session), 0U) << "or there was nothing to level";
+}
+
+TEST(SimSessionSlow, ShowsNoObstacleWhereThereIsNoneWhateverTheHeadErrs) {
+  for (const bool range : {true, false}) {
+    for (const double tilt : {-1.0, 1.0}) {
+      SimOptions options = range_mode();
+      options.range_mode = range;
+      options.tilt_error = tilt * kDegree;
+      SimSession session(hrp2(), world("lab"), options);
+      const SimOutcome outcome = session.run();
+      EXPECT_TRUE(outcome.arrived) << outcome.reason;
+      EXPECT_EQ(false_cells(session), 0U) << tilt << " deg, range mode " << range;
+    }
+  }
 }
 
 TEST(SimSessionSlow, KeepsItsPlaceWhileOdometryDrifts) {
