@@ -71,6 +71,7 @@ int run(const Options& options) {
              outcome.end, outcome.reason.empty() ? "" : ": ", outcome.reason, outcome.walked, outcome.seconds,
              session.steps().size(), counts.replans, outcome.goal_error);
   print_memory(session.mapper());
+  fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
   return outcome.arrived ? kSuccess : kNotReached;
 }
 

@@ -16,14 +16,21 @@ struct FalseObstacleLimits {
   double fringe = 0.25;  ///< what lies nearer to a thing is its blurred edge, no floor on its own [m]
 };
 
+/// Where the robot was, from time 0 on.
+struct RobotWay {
+  const std::vector<Pose2>& poses;
+  Duration period;  ///< between them
+};
+
 /// Blocked cells on the world's floor, near the robot's way, farther than the margin from all that counts as
-/// an obstacle, of the world as it is now.
+/// an obstacle, moving things wherever their paths lead.
 struct FalseObstacles {
-  std::vector<Eigen::Vector2i> floor;   ///< with nothing near: level floor that seems to rise
-  std::vector<Eigen::Vector2i> fringe;  ///< around things
+  std::vector<Eigen::Vector2i> floor;      ///< with nothing near: level floor that seems to rise
+  std::vector<Eigen::Vector2i> from_afar;  ///< the same, but last seen from farther than `within`
+  std::vector<Eigen::Vector2i> fringe;     ///< around things
 };
 FalseObstacles false_obstacles(const nav::FloorMap& floor, const nav::FloorMapConfig& config,
-                               const sim::Scene& scene, const std::vector<Pose2>& way,
+                               const sim::Scene& scene, const RobotWay& way,
                                const FalseObstacleLimits& limits = {});
 
 }  // namespace headway::app

@@ -135,13 +135,12 @@ Json levelling_report(const nav::Levelling& levelling) {
 
 Json false_obstacles_report(const SimSession& session) {
   const FalseObstacleLimits limits;
-  const FalseObstacles found = false_obstacles(session.mapper().floor(), session.robot().mapper.floor,
-                                               session.scene(), session.trail().truth, limits);
-  return {{"cells", found.floor.size()},
-          {"fringe_cells", found.fringe.size()},
-          {"within_m", limits.within},
-          {"margin_m", limits.margin},
-          {"fringe_m", limits.fringe}};
+  const FalseObstacles found =
+      false_obstacles(session.mapper().floor(), session.robot().mapper.floor, session.scene(),
+                      {session.trail().truth, SimTrail::kPeriod}, limits);
+  return {{"cells", found.floor.size()},         {"seen_from_afar", found.from_afar.size()},
+          {"fringe_cells", found.fringe.size()}, {"within_m", limits.within},
+          {"margin_m", limits.margin},           {"fringe_m", limits.fringe}};
 }
 
 Json findings_report(const std::vector<SimSightFinding>& findings) {
@@ -257,6 +256,7 @@ void SimOutputs::see(const runtime::FrameSnapshot& snapshot) {
   floor_ms_.push_back(ms(snapshot.times.floor));
   plan_ms_.push_back(ms(snapshot.times.plan));
   total_ms_.push_back(ms(snapshot.times.total()));
+  walk_cost_.note(snapshot, session_.body().path_walked());
   if (snapshot.mission.views_taken() > views_taken_) take_view(snapshot);
   if (snapshot.mission.state() == runtime::MissionState::kWalk && snapshot.mission.walk())
     take_walk(snapshot);
@@ -390,7 +390,8 @@ void SimOutputs::write(const SimOutcome& outcome, OutputFolder& folder) {
                                           {"map", spread(map_ms_)},
                                           {"floor", spread(floor_ms_)},
                                           {"plan", spread(plan_ms_)},
-                                          {"total", spread(total_ms_)}});
+                                          {"total", spread(total_ms_)},
+                                          {"walk", walk_cost_report(walk_cost_.stretches())}});
   folder.report(sim_report(session_, outcome));
 }
 

@@ -10,6 +10,7 @@
 #include "app/pictures.h"
 #include "app/report.h"
 #include "app/sim_session.h"
+#include "app/walk_cost.h"
 #include "nav/cloud_file.h"
 
 namespace headway::app {
@@ -24,6 +25,8 @@ class SimOutputs {
 
   void see(const runtime::FrameSnapshot& snapshot);
   void write(const SimOutcome& outcome, OutputFolder& folder);
+
+  const WalkCost& walk_cost() const { return walk_cost_; }
 
  private:
   struct Picture {
@@ -49,6 +52,7 @@ class SimOutputs {
   int replans_ = 0;
   bool walked_ = false;
   std::vector<double> see_ms_, map_ms_, floor_ms_, plan_ms_, total_ms_;
+  WalkCost walk_cost_;
   Stopwatch wall_;
 };
 

@@ -261,7 +261,7 @@ void SimSession::note() {
   if (events_.empty() || events_.back().state != mission_.state())
     events_.push_back(
         {clock_.now(), mission_.state(), map_from_odom * links_->report.value().committed.stance.base()});
-  if (clock_.now().time_since_epoch() % seconds(0.1) != Duration(0)) return;
+  if (clock_.now().time_since_epoch() % SimTrail::kPeriod != Duration(0)) return;
   trail_.truth.push_back(body_.stance().base());
   const Eigen::Isometry3d chest = walker_.chest().odom_from_chest;
   trail_.believed.push_back(map_from_odom * Pose2{chest.translation().x(), chest.translation().y(),

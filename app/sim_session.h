@@ -74,7 +74,8 @@ struct SimSightFinding {
 
 /// Samples of the run for pictures and reports.
 struct SimTrail {
-  std::vector<Pose2> truth, believed;  ///< base poses, ten a second
+  static constexpr Duration kPeriod = seconds(0.1);
+  std::vector<Pose2> truth, believed;  ///< base poses
 };
 
 class SimSession {

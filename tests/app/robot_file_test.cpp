@@ -19,17 +19,23 @@ using testing::HasSubstr;
 
 const fs::path kRobot = source_dir() / "config/hrp2/robot.yaml";
 
-/// What is said about HRP-2's file after one line of it (the one that begins with `key`, in file order after
-/// `section`) became another.
-std::string fault_of(const std::string& section, const std::string& key, const std::string& line) {
-  const TemporaryFolder folder;
+/// Puts HRP-2's file into a folder, one line of it (the one that begins with `key`, in file order after
+/// `section`) replaced by another; returns that line's number.
+std::ptrdiff_t write_changed(const fs::path& folder, const std::string& section, const std::string& key,
+                             const std::string& line) {
   fs::create_directory(folder / "rigs");
   fs::copy_file(kRobot.parent_path() / "rigs/bottom.yaml", folder / "rigs/bottom.yaml");
   std::string text = read_text(kRobot);
   const std::size_t begin = text.find(key, text.find(section));
   text.replace(begin, text.find('\n', begin) - begin, line);
   write_text(folder / "robot.yaml", text);
-  const auto number = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(begin), '\n');
+  return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(begin), '\n');
+}
+
+/// What is said about the file so changed.
+std::string fault_of(const std::string& section, const std::string& key, const std::string& line) {
+  const TemporaryFolder folder;
+  const auto number = write_changed(folder.path(), section, key, line);
   try {
     read_robot(folder / "robot.yaml");
   } catch (const InputError& e) {
@@ -60,6 +66,36 @@ TEST(RobotFile, SaysHowOdometryDrifts) {
   EXPECT_THAT(fault_of("localisation:", "shift_sigma", "shift_sigma: 0"),
               HasSubstr("localisation.shift_sigma: '0', expected"));
   EXPECT_THAT(fault_of("localisation:", "stride", "strides: 0.1"), HasSubstr("strides"));
+}
+
+TEST(RobotFile, SaysHowTheFloorTellsWhatTheHeadErrs) {
+  const nav::LevellingConfig levelling = read_robot(kRobot).levelling;
+  EXPECT_TRUE(levelling.use);
+  EXPECT_NEAR(levelling.fit.widest_tilt, 0.0349, 0.0001);
+  EXPECT_EQ(levelling.fit.greatest_height, 0.04);
+  EXPECT_THAT(fault_of("levelling:", "range", "range: 0"), HasSubstr("levelling.range: '0', expected"));
+  EXPECT_THAT(fault_of("levelling:", "least_points", "least_points: 1"),
+              HasSubstr("levelling.least_points: "));
+  EXPECT_THAT(fault_of("levelling:", "widest_tilt_deg", "widest_tilt: 2"), HasSubstr("widest_tilt_deg"))
+      << "what was meant";
+}
+
+TEST(RobotFile, ListsThePartsOfTheBodyThatTheCamerasMaySee) {
+  const std::vector<nav::BodyBox> whole = read_robot(kRobot).mapper.integration.own_body;
+  ASSERT_EQ(whole.size(), 1U) << "one box, unless parts are listed";
+  const TemporaryFolder folder;
+  write_changed(folder.path(), "body:", "safety_margin",
+                "safety_margin: 0.05\n  parts:\n"
+                "    - {name: trunk, centre: [0, 0, 0.1], size: [0.4, 0.5, 0.6]}\n"
+                "    - {name: left hand, centre: [0.3, 0.25, 0], size: [0.2, 0.1, 0.1]}");
+  const std::vector<nav::BodyBox> parts = read_robot(folder / "robot.yaml").mapper.integration.own_body;
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_TRUE(parts[1].lowest.isApprox(Eigen::Vector3d(0.2, 0.2, -0.05), 1e-9));
+  EXPECT_TRUE(parts[1].highest.isApprox(Eigen::Vector3d(0.4, 0.3, 0.05), 1e-9));
+  EXPECT_THAT(fault_of("body:", "safety_margin", "parts: [{name: arm, centre: [0, 0, 0]}]"),
+              HasSubstr("size"));
+  EXPECT_THAT(fault_of("body:", "safety_margin", "parts: [{name: arm, centre: [0, 0, 0], size: [0, 1, 1]}]"),
+              HasSubstr("size"));
 }
 
 TEST(RobotFile, SaysHowTheRobotLooksAround) {

@@ -2,10 +2,12 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "app/false_obstacles.h"
 #include "app/sim_outputs.h"
+#include "app/walk_cost.h"
 #include "hal/angle.h"
 #include "sim_hal/world_file.h"
 #include "tests/source_dir/source_dir.h"
@@ -81,7 +83,7 @@ TEST(SimSession, FollowsOdometryThatItIsToldToTrust) {
 /// Cells of level floor near the robot's way that its floor map shows as blocked.
 std::size_t false_cells(const SimSession& session) {
   return false_obstacles(session.mapper().floor(), session.robot().mapper.floor, session.scene(),
-                         session.trail().truth)
+                         {session.trail().truth, SimTrail::kPeriod})
       .floor.size();
 }
 
@@ -135,6 +137,31 @@ TEST(SimSessionSlow, KeepsItsPlaceWhileOdometryDrifts) {
     EXPECT_LE(outcome.map_error, 0.06) << seed;
     EXPECT_GE(outcome.odometry_error, 0.15) << seed << ": or there was nothing to find";
     EXPECT_NEAR(session.frame_loop().localisation().drift().stride(), seed % 2 == 1 ? 0.02 : -0.02, 0.01);
+  }
+}
+
+TEST(SimSessionSlow, WalksAHundredMetresInTheSameMemory) {
+  SimOptions options = range_mode();
+  options.longest = seconds(1200);
+  SimSession session(hrp2(), world("corridor"), options);
+  WalkCost cost;
+  session.observe([&](const runtime::FrameSnapshot& s) { cost.note(s, session.body().path_walked()); });
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.reason;
+  EXPECT_GE(outcome.walked, 99);
+  const std::vector<WalkStretch>& stretches = cost.stretches();
+  ASSERT_GE(stretches.size(), 9U);
+  fmt::print("{}", walk_cost_table(stretches));
+  const double bricks_per_stretch =
+      static_cast<double>(stretches.back().aside_bricks - stretches[1].aside_bricks) /
+      static_cast<double>(stretches.size() - 2);
+  EXPECT_GT(bricks_per_stretch, 0) << "the window was left behind";
+  for (std::size_t i = 2; i < stretches.size(); ++i) {
+    EXPECT_EQ(stretches[i].window_bytes, stretches[0].window_bytes);
+    const auto more = static_cast<double>(stretches[i].aside_bricks - stretches[i - 1].aside_bricks);
+    EXPECT_NEAR(more / bricks_per_stretch, 1, 0.5) << "the corridor is much the same all along";
+    EXPECT_LT(static_cast<double>(stretches[i].aside_bytes) / static_cast<double>(stretches[i].aside_bricks),
+              1000);
   }
 }
 
