@@ -22,6 +22,7 @@
 #include "hal/error.h"
 #include "nav/cloud_file.h"
 #include "nav/explored.h"
+#include "nav/floor_fit.h"
 #include "nav/floor_map.h"
 #include "nav/floor_projection.h"
 #include "nav/integrate.h"
@@ -60,6 +61,33 @@ struct Ground {
   Json report;
 };
 
+/// How the floor lies in the map by the plane that most views show near the camera; as assumed without one.
+nav::FloorPlane fit_floor(const Sequence& sequence, SequenceEyes& eyes,
+                          const Eigen::Isometry3d& map_from_world) {
+  nav::FloorFitter fitter;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  nav::FloorPlane mean;
+  for (const std::size_t i : spread(sequence.frames.size(), kFramesToLevel)) {
+    const SequenceEyes::Look look = eyes.look(sequence.frames[i]);
+    const nav::FloorFit fit = fitter.fit(*look.view, map_from_world * look.world_from_view);
+    if (!fit) continue;
+    // Over the map's origin, like those of the other views.
+    Eigen::Matrix3d foot_from_origin = Eigen::Matrix3d::Identity();
+    foot_from_origin.block<1, 2>(0, 1) = fit.plane.foot.transpose();
+    const Eigen::Vector3d values(fit.plane.height, fit.plane.slope.x(), fit.plane.slope.y());
+    const Eigen::Matrix3d told = foot_from_origin.transpose() * fit.plane.covariance.inverse();
+    information += told * foot_from_origin;
+    sum += told * values;
+    mean.points += fit.plane.points;
+  }
+  if (mean.points == 0) return mean;
+  const Eigen::Vector3d values = information.inverse() * sum;
+  mean.height = values.x();
+  mean.slope = values.tail<2>();
+  return mean;
+}
+
 Ground find_ground(const Sequence& sequence, SequenceEyes& eyes) {
   std::vector<Surfel> surfels;
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
@@ -86,6 +114,16 @@ Ground find_ground(const Sequence& sequence, SequenceEyes& eyes) {
   }
   const FloorHeight floor = estimate_floor(surfels, up);
   ground.map_from_world = map_from_world(up, floor.height, sequence.frames.front().world_from_camera);
+  const nav::FloorPlane plane = fit_floor(sequence, eyes, ground.map_from_world);
+  if (plane.points > 0) {
+    const Eigen::Vector3d normal = Eigen::Vector3d(-plane.slope.x(), -plane.slope.y(), 1).normalized();
+    Eigen::Isometry3d level = Eigen::Isometry3d::Identity();
+    level.linear() = Eigen::Quaterniond::FromTwoVectors(normal, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    level.translation().z() = -plane.height * normal.z();
+    ground.map_from_world = level * ground.map_from_world;
+    ground.report["levelled_by_deg"] = rounded(std::atan(plane.slope.norm()) * 180 / std::numbers::pi, 2);
+    ground.report["raised_by_m"] = rounded(-plane.height, 3);
+  }
   ground.report["floor"] = floor.how;
   const double eye = (ground.map_from_world * sequence.frames.front().world_from_camera).translation().z();
   ground.report["first_camera_above_floor_m"] = rounded(eye, 3);
