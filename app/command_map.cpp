@@ -19,6 +19,7 @@
 #include "app/report.h"
 #include "app/sequence.h"
 #include "app/sequence_eyes.h"
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "nav/cloud_file.h"
 #include "nav/explored.h"
@@ -38,6 +39,8 @@ namespace {
 constexpr std::size_t kFramesToLevel = 6;  // looked at twice: first to find up and the floor
 constexpr std::size_t kSurfelsPerFrame = 4000;
 constexpr std::size_t kMostCloudPoints = 1'500'000;
+// Recorded poses may be off level by more than a robot's head.
+constexpr nav::FloorFitConfig kFloorOfSequence{.widest_tilt = 5 * kDegree, .greatest_height = 0.1};
 constexpr double kBelowFloor = 0.4, kAboveFloor = 3.6;  // the map's box [m]
 
 struct MapOptions {
@@ -64,7 +67,7 @@ struct Ground {
 /// How the floor lies in the map by the plane that most views show near the camera; as assumed without one.
 nav::FloorPlane fit_floor(const Sequence& sequence, SequenceEyes& eyes,
                           const Eigen::Isometry3d& map_from_world) {
-  nav::FloorFitter fitter;
+  nav::FloorFitter fitter(kFloorOfSequence);
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   nav::FloorPlane mean;
