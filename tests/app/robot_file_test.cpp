@@ -92,10 +92,12 @@ TEST(RobotFile, ListsThePartsOfTheBodyThatTheCamerasMaySee) {
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_TRUE(parts[1].lowest.isApprox(Eigen::Vector3d(0.2, 0.2, -0.05), 1e-9));
   EXPECT_TRUE(parts[1].highest.isApprox(Eigen::Vector3d(0.4, 0.3, 0.05), 1e-9));
-  EXPECT_THAT(fault_of("body:", "safety_margin", "parts: [{name: arm, centre: [0, 0, 0]}]"),
-              HasSubstr("size"));
-  EXPECT_THAT(fault_of("body:", "safety_margin", "parts: [{name: arm, centre: [0, 0, 0], size: [0, 1, 1]}]"),
-              HasSubstr("size"));
+  const auto fault = [](const std::string& part) {
+    return fault_of("body:", "sway", "sway: 0.03\n  parts: [{name: arm, centre: [0, 0, 0]" + part + "}]");
+  };
+  EXPECT_THAT(fault(""), HasSubstr("the key 'size' is missing"));
+  EXPECT_THAT(fault(", size: [0, 1, 1]"), HasSubstr("size: '0', expected"));
+  EXPECT_THAT(fault(", size: [1, 1, 1], frame: base"), HasSubstr("frame: is not a key here"));
 }
 
 TEST(RobotFile, SaysHowTheRobotLooksAround) {
