@@ -22,7 +22,7 @@ struct Options {
   std::vector<double> goal;
   std::string matcher;
   std::uint64_t seed = 0;
-  bool no_replan = false, range = false;
+  bool no_replan = false, range = false, exact_feet = false;
   double longest = 400;
   OdometryOptions odometry;
   std::optional<double> tilt_error;
@@ -43,6 +43,7 @@ int run(const Options& options) {
   SimOptions sim;
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;
+  sim.exact_feet = options.exact_feet;
   options.odometry.apply_to(sim);
   if (options.tilt_error) sim.tilt_error = *options.tilt_error * std::numbers::pi / 180;
   sim.seed = options.seed ? options.seed : world.seed;
@@ -93,6 +94,7 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->add_flag("--no-replan", options->no_replan, "Follow the first plan, whatever is seen later");
   options->odometry.add_to(*command);
+  command->add_flag("--exact-feet", options->exact_feet, "Feet land exactly where they should");
   command
       ->add_option("--tilt-error", options->tilt_error,
                    "Degrees by which the head truly looks lower than its drive reports")

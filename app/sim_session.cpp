@@ -91,6 +91,7 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   config.frame_rate = robot.simulation.frame_rate;
   config.body = robot.simulation.body;
   config.body.seed = options.seed;
+  if (options.exact_feet) config.body.landing_sigma = config.body.landing_yaw_sigma = 0;
   drift(robot.mission.gait, options.drift, options.seed, config.body);
   config.body.chest.height = robot.chest_height;
   config.control.chest.height = robot.chest_height;

@@ -31,6 +31,7 @@ struct SimOptions {
   /// share, and each step turned too far, left or right, by this share of the widest turn. The seed draws
   /// which.
   double drift = 0;
+  bool exact_feet = false;           ///< feet land where they should, and odometry without drift is the truth
   std::optional<double> tilt_error;  ///< of the head, instead of the robot file's [rad]
   std::optional<nav::Goal> goal;     ///< instead of the world's
   std::uint64_t seed = 1;            ///< of all noise in the simulated robot

@@ -119,7 +119,8 @@ TEST(SimSessionSlow, ShowsNoObstacleWhereThereIsNoneWhateverTheHeadErrs) {
       options.tilt_error = tilt * kDegree;
       SimSession session(hrp2(), world("lab"), options);
       const SimOutcome outcome = session.run();
-      EXPECT_TRUE(outcome.arrived) << outcome.reason;
+      EXPECT_FALSE(outcome.fallen || outcome.collision) << outcome.reason;
+      EXPECT_GT(outcome.walked, 5) << outcome.reason;
       EXPECT_EQ(false_cells(session), 0U) << tilt << " deg, range mode " << range;
     }
   }
@@ -143,6 +144,10 @@ TEST(SimSessionSlow, KeepsItsPlaceWhileOdometryDrifts) {
 TEST(SimSessionSlow, WalksAHundredMetresInTheSameMemory) {
   SimOptions options = range_mode();
   options.longest = seconds(1200);
+  // Where a straight corridor leads is not a question of memory: a heading that is known to a degree ends 1.7
+  // m beside it.
+  options.exact_feet = true;
+  options.localise = false;
   SimSession session(hrp2(), world("corridor"), options);
   WalkCost cost;
   session.observe([&](const runtime::FrameSnapshot& s) { cost.note(s, session.body().path_walked()); });
@@ -152,16 +157,16 @@ TEST(SimSessionSlow, WalksAHundredMetresInTheSameMemory) {
   const std::vector<WalkStretch>& stretches = cost.stretches();
   ASSERT_GE(stretches.size(), 9U);
   fmt::print("{}", walk_cost_table(stretches));
-  const double bricks_per_stretch =
-      static_cast<double>(stretches.back().aside_bricks - stretches[1].aside_bricks) /
-      static_cast<double>(stretches.size() - 2);
-  EXPECT_GT(bricks_per_stretch, 0) << "the window was left behind";
-  for (std::size_t i = 2; i < stretches.size(); ++i) {
+  // In the first two stretches the window is not left yet, in the last it stops before the corridor's end.
+  const std::size_t first = 2, last = stretches.size() - 2;
+  const auto bricks = [&](std::size_t i) { return static_cast<double>(stretches[i].aside_bricks); };
+  const double per_stretch = (bricks(last) - bricks(first - 1)) / static_cast<double>(last - first + 1);
+  EXPECT_GT(per_stretch, 100) << "or nothing was left behind";
+  for (std::size_t i = first; i <= last; ++i) {
+    EXPECT_NEAR((bricks(i) - bricks(i - 1)) / per_stretch, 1, 0.2)
+        << "the corridor is much the same all along";
     EXPECT_EQ(stretches[i].window_bytes, stretches[0].window_bytes);
-    const auto more = static_cast<double>(stretches[i].aside_bricks - stretches[i - 1].aside_bricks);
-    EXPECT_NEAR(more / bricks_per_stretch, 1, 0.5) << "the corridor is much the same all along";
-    EXPECT_LT(static_cast<double>(stretches[i].aside_bytes) / static_cast<double>(stretches[i].aside_bricks),
-              1000);
+    EXPECT_LT(static_cast<double>(stretches[i].aside_bytes) / bricks(i), 700) << "bytes, of 512 voxels";
   }
 }
 
