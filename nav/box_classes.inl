@@ -8,6 +8,7 @@
 #define HEADWAY_BOX_CLASSES_TOGGLE
 #endif
 
+#include <algorithm>
 #include <cstdint>
 
 #include <hwy/highway.h>
@@ -20,8 +21,22 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// Of two words of DepthBounds: the lesser fronts (lower halves) and the greater backs.
+template <class VW>
+HWY_INLINE VW both_bounds(VW p, VW q) {
+  const hn::DFromV<VW> w;
+#if HWY_TARGET == HWY_SCALAR
+  const std::uint32_t a = hn::GetLane(p), b = hn::GetLane(q);
+  return hn::Set(w, std::min(a & 0xffff, b & 0xffff) | std::max(a >> 16, b >> 16) << 16);
+#else
+  const hn::Repartition<std::uint16_t, decltype(w)> half;
+  const auto a = hn::BitCast(half, p), b = hn::BitCast(half, q);
+  return hn::BitCast(w, hn::OddEven(hn::Max(a, b), hn::Min(a, b)));
+#endif
+}
+
 /// Eight boxes at once, by bounds that hold for each of their voxels.
-HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent& half) {
+HWY_INLINE BoxClasses classify(const Sweep& s, const Place& from, const Boxes& boxes) {
   using B = hn::CappedTag<float, kBoxes>;
   constexpr B b;
   constexpr hn::RebindToSigned<B> bi;
@@ -36,8 +51,10 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent&
   constexpr float kRounding = 0.01F;  // samples; more than rounding moves any projection
   BoxClasses result;
   for (int i = 0; i < kBoxes; i += static_cast<int>(hn::Lanes(b))) {
-    const VB z = hn::Load(b, boxes.z + i), u = hn::Load(b, boxes.u + i), v = hn::Load(b, boxes.v + i);
-    const VB z0 = hn::Sub(z, set_b(half.z)), z1 = hn::Add(z, set_b(half.z));
+    const VB u = hn::Add(set_b(from.u), hn::Load(b, boxes.u + i)),
+             v = hn::Add(set_b(from.v), hn::Load(b, boxes.v + i)),
+             z = hn::Add(set_b(from.z), hn::Load(b, boxes.z + i));
+    const VB z0 = hn::Sub(z, set_b(boxes.half.z)), z1 = hn::Add(z, set_b(boxes.half.z));
     const auto close = hn::Le(z0, set_b(s.near + 1));
     auto dead = hn::Or(hn::Lt(z1, set_b(s.near - 1)), hn::Gt(z0, set_b(s.far + 1)));
     const VB q0 = hn::Div(set_b(1), hn::Max(z0, set_b(1))), q1 = hn::Div(set_b(1), hn::Max(z1, set_b(1)));
@@ -52,8 +69,8 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent&
       return hn::Add(hn::Mul(high, hn::IfThenElse(hn::Lt(high, hn::Zero(b)), q1, q0)),
                      set_b(offset + kRounding));
     };
-    const VB u0 = low_end(u, half.u, s.cx), u1 = high_end(u, half.u, s.cx);
-    const VB v0 = low_end(v, half.v, s.cy), v1 = high_end(v, half.v, s.cy);
+    const VB u0 = low_end(u, boxes.half.u, s.cx), u1 = high_end(u, boxes.half.u, s.cx);
+    const VB v0 = low_end(v, boxes.half.v, s.cy), v1 = high_end(v, boxes.half.v, s.cy);
     const VB low = set_b(-0.5F);
     const auto outside = hn::Or(hn::Or(hn::Lt(u1, low), hn::Lt(v1, low)),
                                 hn::Or(hn::Ge(u0, set_b(s.end_u)), hn::Ge(v0, set_b(s.end_v))));
@@ -70,33 +87,40 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Boxes& boxes, const Extent&
     };
     const auto a0 = cell(u0, s.width), a1 = cell(u1, s.width), b0 = cell(v0, s.height),
                b1 = cell(v1, s.height);
-    const auto two = hn::Set(bu, 2U), one = hn::Set(bu, 1U);
-    const auto span = hn::Max(hn::Max(hn::Sub(a1, a0), hn::Sub(b1, b0)), two);
-    // The level whose tiles are as long as the span, rounded up to a power of two: from a float's exponent.
-    const VB longest = hn::ConvertTo(b, hn::BitCast(bi, hn::Sub(span, one)));
-    auto level = hn::Sub(hn::ShiftRight<23>(hn::BitCast(bu, longest)), hn::Set(bu, 126U));
-    const auto most = hn::Set(bu, static_cast<std::uint32_t>(DepthBounds::kLevels));
+    // Two tiles each way cover the rectangle: the level whose tiles advance by a third of the longer side,
+    // from a float's exponent.
+    const VB longest = hn::ConvertTo(b, hn::BitCast(bi, hn::Max(hn::Sub(a1, a0), hn::Sub(b1, b0))));
+    const VB third = hn::Mul(hn::Max(hn::Sub(longest, set_b(0.5F)), set_b(1)), set_b(1 / 3.0F));
+    auto level = hn::Max(hn::BitCast(bi, hn::ShiftRight<23>(hn::BitCast(bu, third))), hn::Set(bi, 127));
+    level = hn::Sub(level, hn::Set(bi, 126));
+    const auto most = hn::Set(bi, DepthBounds::kLevels);
     const auto too_long = hn::RebindMask(b, hn::Gt(level, most));
     level = hn::Min(level, most);
-    const auto level_i = hn::BitCast(bi, level);
-    const auto start = hn::GatherIndex(bi, s.bounds->start(), level_i),
-               width = hn::GatherIndex(bi, s.bounds->width(), level_i);
-    const auto x = hn::BitCast(bi, hn::Shr(a0, level)), y = hn::BitCast(bi, hn::Shr(b0, level));
-    const auto at = hn::Add(hn::Add(start, hn::Mul(y, width)), x);
-    const auto found = hn::GatherIndex(bu, s.bounds->words(), at);
+    const auto start = hn::GatherIndex(bi, s.bounds->start(), level),
+               width = hn::GatherIndex(bi, s.bounds->width(), level);
+    const auto tile = [bi, level](auto sample) HWY_ATTR { return hn::Shr(hn::BitCast(bi, sample), level); };
+    const auto one = hn::Set(bi, 1);
+    const auto west = tile(a0), east = hn::Max(west, hn::Sub(tile(a1), one)), upper = tile(b0),
+               lower = hn::Max(upper, hn::Sub(tile(b1), one));
+    const auto upper_row = hn::Add(start, hn::Mul(upper, width)),
+               lower_row = hn::Add(start, hn::Mul(lower, width));
+    const auto word = [bu, &s](auto row, auto column)
+                          HWY_ATTR { return hn::GatherIndex(bu, s.bounds->words(), hn::Add(row, column)); };
+    const auto found = both_bounds(both_bounds(word(upper_row, west), word(upper_row, east)),
+                                   both_bounds(word(lower_row, west), word(lower_row, east)));
     const VB front = hn::ConvertTo(b, hn::BitCast(bi, hn::And(found, hn::Set(bu, 0xffffU))));
     const VB back = hn::ConvertTo(b, hn::BitCast(bi, hn::ShiftRight<16>(found)));
 
     const auto unsure = hn::Or(close, too_long);
     const VB step = set_b(1);  // depths are rounded to steps
     dead = hn::Or(dead, hn::AndNot(unsure, hn::Gt(hn::Sub(z0, step), back)));
-    const auto empty = hn::AndNot(hn::Or(unsure, dead), hn::And(inside, hn::Lt(hn::Add(z1, step), front)));
+    const auto clear = hn::AndNot(unsure, hn::Lt(hn::Add(z1, step), front));
     result.alive |= bits(hn::Not(dead)) << i;
-    result.empty |= bits(empty) << i;
+    result.clear |= bits(clear) << i;
     result.inside |= bits(inside) << i;
   }
   constexpr unsigned kAll = (1U << kBoxes) - 1;
-  return {result.alive & kAll, result.empty & kAll, result.inside & kAll};
+  return {result.alive & kAll, result.clear & kAll, result.inside & kAll};
 }
 
 }  // namespace

@@ -70,20 +70,24 @@ struct CubeBits {
   std::uint64_t hits = 0, misses = 0;
 };
 
-struct Boxes {
-  alignas(64) float u[kBoxes], v[kBoxes], z[kBoxes];  // their middles
-};
-struct Extent {
-  float u, v, z;  // half of it
-};
 struct Place {
   float u, v, z;
+};
+/// Boxes that are classified together, from a place that they have in common.
+struct Boxes {
+  alignas(64) float u[kBoxes], v[kBoxes], z[kBoxes];  // their middles
+  Place half;                                         // of their extent
+
+  Place middle(const Place& from, int box) const {
+    return {from.u + u[box], from.v + v[box], from.z + z[box]};
+  }
 };
 /// Bit per box.
 struct BoxClasses {
   unsigned alive = 0;   // may hold voxels that learn something
-  unsigned empty = 0;   // all of their voxels are empty
+  unsigned clear = 0;   // lie in front of all that the image shows where they project to
   unsigned inside = 0;  // all of their voxels lie wholly in the image
+  unsigned empty() const { return alive & clear & inside; }
 };
 
 }  // namespace headway::nav

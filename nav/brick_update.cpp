@@ -6,6 +6,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "nav/brick_update.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -51,8 +52,16 @@ HWY_INLINE Span bricks_of_row(const Sweep& s, float y, float z) {
 /// The sweep over the bricks of a view.
 class BrickSweep {
  public:
-  BrickSweep(const Sweep& sweep, VoxelMap& map)
-      : s_(sweep), map_(map), offsets_(sweep.forms), brick_half_(extent(3.5F)), cube_half_(extent(1.5F)) {}
+  BrickSweep(const Sweep& sweep, VoxelMap& map) : s_(sweep), map_(map), offsets_(sweep.forms) {
+    for (int i = 0; i < kBoxes; ++i) {
+      place(row_, i, kBrickEdge * static_cast<float>(i), 0, 0);
+      place(cubes_, i, i & 1 ? 2 : -2, i & 2 ? 2 : -2, i & 4 ? 2 : -2);
+    }
+    const auto back = [](const float* f) { return -1.5F * (f[0] + f[1] + f[2]); };
+    to_corner_ = {back(s_.forms.u), back(s_.forms.v), back(s_.forms.z)};
+    row_.half = extent(3.5F);
+    cubes_.half = extent(1.5F);
+  }
 
   IntegrationStats run() {
     for (int z = s_.first.z(); z <= s_.last.z(); ++z) {
@@ -74,7 +83,14 @@ class BrickSweep {
   }
 
  private:
-  Extent extent(float half) const {
+  /// Voxels from the common place.
+  void place(Boxes& boxes, int box, float x, float y, float z) const {
+    const auto along = [&](const float* f) { return f[0] * x + f[1] * y + f[2] * z; };
+    boxes.u[box] = along(s_.forms.u);
+    boxes.v[box] = along(s_.forms.v);
+    boxes.z[box] = along(s_.forms.z);
+  }
+  Place extent(float half) const {
     const auto along = [&](const float* f) {
       return half * (std::abs(f[0]) + std::abs(f[1]) + std::abs(f[2]));
     };
@@ -90,22 +106,17 @@ class BrickSweep {
     const float middle_y = static_cast<float>(kBrickEdge * y) + kMiddle,
                 middle_z = static_cast<float>(kBrickEdge * z) + kMiddle;
     const Span span = bricks_of_row(s_, middle_y, middle_z);
-    Boxes bricks;
     for (int x = span.first; x <= span.last; x += kBoxes) {
-      for (int i = 0; i < kBoxes; ++i) {
-        const float middle_x = static_cast<float>(kBrickEdge * (x + i)) + kMiddle;
-        const auto form = [&](const float* f) {
-          return f[0] * middle_x + f[1] * middle_y + f[2] * middle_z + f[3];
-        };
-        bricks.u[i] = form(s_.forms.u);
-        bricks.v[i] = form(s_.forms.v);
-        bricks.z[i] = form(s_.forms.z);
-      }
-      const BoxClasses classes = classify(s_, bricks, brick_half_);
+      const float middle_x = static_cast<float>(kBrickEdge * x) + kMiddle;
+      const auto form = [&](const float* f) {
+        return f[0] * middle_x + f[1] * middle_y + f[2] * middle_z + f[3];
+      };
+      const Place first{form(s_.forms.u), form(s_.forms.v), form(s_.forms.z)};
+      const BoxClasses classes = classify(s_, first, row_);
       const int count = std::min(kBoxes, span.last - x + 1);
       for (unsigned left = classes.alive & ((1U << count) - 1); left != 0; left &= left - 1) {
         const int i = std::countr_zero(left);
-        see_brick({x + i, y, z}, classes.empty >> i & 1, {bricks.u[i], bricks.v[i], bricks.z[i]});
+        see_brick({x + i, y, z}, classes.empty() >> i & 1, row_.middle(first, i));
       }
     }
   }
@@ -126,29 +137,22 @@ class BrickSweep {
 
   HWY_INLINE void see_cubes(const Eigen::Vector3i& at, const Place& middle, bool marked, std::size_t number,
                             LogOdds* values, std::uint8_t& emptied, BrickChange& change) {
-    const CameraForms& f = s_.forms;
-    Boxes cubes;
-    for (int i = 0; i < kBoxes; ++i) {
-      const float x = i & 1 ? 2.0F : -2.0F, y = i & 2 ? 2.0F : -2.0F, z = i & 4 ? 2.0F : -2.0F;
-      cubes.u[i] = middle.u + (f.u[0] * x + f.u[1] * y + f.u[2] * z);
-      cubes.v[i] = middle.v + (f.v[0] * x + f.v[1] * y + f.v[2] * z);
-      cubes.z[i] = middle.z + (f.z[0] * x + f.z[1] * y + f.z[2] * z);
-    }
-    const BoxClasses classes = classify(s_, cubes, cube_half_);
+    for (int i = 0; i < kBoxes; ++i) hwy::Prefetch(values + kCubeVoxels * i);
+    const Place corner{middle.u + to_corner_.u, middle.v + to_corner_.v, middle.z + to_corner_.z};
+    const BoxClasses classes = classify(s_, middle, cubes_);
     for (unsigned left = classes.alive; left != 0; left &= left - 1) {
       const int cube = std::countr_zero(left);
       const std::uint64_t marks = marked ? s_.marks->word(number, cube) : 0;
-      if ((classes.empty >> cube & 1) && marks == 0) {
+      if ((classes.empty() >> cube & 1) && marks == 0) {
         empty_whole(at, cube, values, emptied, change);
         continue;
       }
-      const auto corner = [](const float* form, float of_middle) {
-        return of_middle - 1.5F * (form[0] + form[1] + form[2]);
-      };
-      const Place first{corner(f.u, cubes.u[cube]), corner(f.v, cubes.v[cube]), corner(f.z, cubes.z[cube])};
+      const Place first = cubes_.middle(corner, cube);
       LogOdds* of_cube = values + kCubeVoxels * cube;
       const CubeBits bits = classes.inside >> cube & 1
                                 ? see_cube<true>(s_, offsets_, first, marks, of_cube, change)
+                            : (classes.clear >> cube & 1) && marks == 0
+                                ? empty_seen(s_, offsets_, first, of_cube, change)
                                 : see_cube<false>(s_, offsets_, first, marks, of_cube, change);
       if (bits.hits != 0) emptied &= static_cast<std::uint8_t>(~(1U << cube));
       tell(at, cube, bits);
@@ -207,7 +211,8 @@ class BrickSweep {
   const Sweep& s_;
   VoxelMap& map_;
   const VoxelOffsets offsets_;
-  const Extent brick_half_, cube_half_;
+  Boxes row_, cubes_;  // the bricks of a row from the first, the cubes of a brick from its middle
+  Place to_corner_;    // from a cube's middle to its first voxel's
   FootMasks foot_[2];  // of the lower and the upper cubes of the layer in hand
   IntegrationStats stats_;
 };

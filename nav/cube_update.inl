@@ -52,33 +52,66 @@ struct VoxelOffsets {
   }
 };
 
-/// The samples that a vector of voxels projects to: those at `offset` from the cube's first.
+/// Where a sample's word stands, by row and column in the lower halves of what kToWhole leaves.
+HWY_INLINE VI word_index(const Sweep& s, VI row, VI column) {
+#if HWY_TARGET == HWY_SCALAR
+  constexpr std::int32_t kLower = 0xffff;
+  return hn::Set(di, (hn::GetLane(row) & kLower) * s.stride + (hn::GetLane(column) & kLower));
+#else
+  constexpr hn::Repartition<std::int16_t, D> half;
+  const auto both = hn::OddEven(hn::BitCast(half, hn::ShiftLeft<16>(row)), hn::BitCast(half, column));
+  const auto weights = hn::BitCast(half, hn::Set(di, s.stride << 16 | 1));
+  VI rest = hn::Zero(di);
+  const VI sum = hn::ReorderWidenMulAccumulate(di, both, weights, hn::Zero(di), rest);
+  return hn::RearrangeToOddPlusEven(sum, rest);
+#endif
+}
+
+/// Where a vector of voxels projects to: those at `offset` from the cube's first.
+struct Projected {
+  V x, y, z, inverse;
+};
+HWY_INLINE Projected project(const Sweep& s, const VoxelOffsets& offsets, const Place& first, int offset) {
+  const V z = hn::Add(set(first.z), hn::LoadU(d, offsets.z + offset));
+  const V inverse = hn::Div(set(1), z);
+  const V u = hn::Add(set(first.u), hn::LoadU(d, offsets.u + offset)),
+          v = hn::Add(set(first.v), hn::LoadU(d, offsets.v + offset));
+  return {hn::Add(hn::Mul(u, inverse), set(s.cx)), hn::Add(hn::Mul(v, inverse), set(s.cy)), z, inverse};
+}
+
+/// Which voxels are seen at all, and which of them are so as a whole: at least half a voxel from the image's
+/// border, for the view says nothing of what stands in a voxel's part beyond it.
+struct Seen {
+  hn::Mask<D> centre, whole;
+};
+HWY_INLINE Seen seen_of(const Sweep& s, const Projected& p) {
+  const V across = set((s.end_u + 0.5F) / 2), down = set((s.end_v + 0.5F) / 2);
+  const V beyond = hn::Max(hn::Sub(hn::Abs(hn::Sub(p.x, set((s.end_u - 0.5F) / 2))), across),
+                           hn::Sub(hn::Abs(hn::Sub(p.y, set((s.end_v - 0.5F) / 2))), down));
+  const auto in_depth = hn::And(hn::Ge(p.z, set(s.near)), hn::Le(p.z, set(s.far)));
+  const V reach = hn::Mul(set(s.half_voxel), p.inverse);
+  return {hn::And(in_depth, hn::Lt(beyond, hn::Zero(d))),
+          hn::And(in_depth, hn::Lt(hn::Add(beyond, reach), hn::Zero(d)))};
+}
+HWY_INLINE VI all_ones(hn::Mask<D> mask) { return hn::VecFromMask(di, hn::RebindMask(di, mask)); }
+
+/// The samples that a vector of voxels projects to.
 template <bool kInside>
 HWY_INLINE Lookup look_up(const Sweep& s, const VoxelOffsets& offsets, const Place& first, int offset) {
   constexpr auto kRing = static_cast<float>(RingImage<SampleWord>::kRing);
-  V z = hn::Add(set(first.z), hn::LoadU(d, offsets.z + offset));
-  const V inverse = hn::Div(set(1), z);
-  V x = hn::Add(hn::Mul(hn::Add(set(first.u), hn::LoadU(d, offsets.u + offset)), inverse), set(s.cx));
-  V y = hn::Add(hn::Mul(hn::Add(set(first.v), hn::LoadU(d, offsets.v + offset)), inverse), set(s.cy));
+  Projected p = project(s, offsets, first, offset);
   VI whole = hn::Set(di, -1);
   if (!kInside) {
-    const auto lies_within = [&](V low, V right, V bottom) HWY_ATTR {
-      return hn::And(hn::And(hn::Ge(x, low), hn::Ge(y, low)), hn::And(hn::Lt(x, right), hn::Lt(y, bottom)));
-    };
-    const auto seen = hn::And(hn::And(hn::Ge(z, set(s.near)), hn::Le(z, set(s.far))),
-                              lies_within(set(-0.5F), set(s.end_u), set(s.end_v)));
-    // Half a voxel from the border; the view says nothing of what stands in a voxel's part beyond it.
-    const V inset = hn::Sub(hn::Mul(set(s.half_voxel), inverse), set(0.5F));
-    whole = hn::VecFromMask(di, hn::RebindMask(di, lies_within(inset, hn::Sub(set(s.end_u - 0.5F), inset),
-                                                               hn::Sub(set(s.end_v - 0.5F), inset))));
-    x = hn::IfThenElseZero(seen, x);
-    y = hn::IfThenElseZero(seen, y);
-    z = hn::IfThenElse(seen, z, set(kMostSteps));
+    const Seen seen = seen_of(s, p);
+    whole = all_ones(seen.whole);
+    p.x = hn::IfThenElseZero(seen.centre, p.x);
+    p.y = hn::IfThenElseZero(seen.centre, p.y);
+    p.z = hn::IfThenElse(seen.centre, p.z, set(kMostSteps));
   }
-  const VI row = hn::BitCast(di, hn::Add(y, set(kToWhole + kRing))),
-           column = hn::BitCast(di, hn::Add(x, set(kToWhole + kRing)));
-  const VI at = hn::Add(hn::Add(hn::Mul(row, hn::Set(di, s.stride)), column), hn::Set(di, s.first_word));
-  return {hn::BitCast(di, hn::Add(z, set(kToWhole))), hn::GatherIndex(du, s.words, at), whole};
+  const VI row = hn::BitCast(di, hn::Add(p.y, set(kToWhole + kRing))),
+           column = hn::BitCast(di, hn::Add(p.x, set(kToWhole + kRing)));
+  const VI at = word_index(s, row, column);
+  return {hn::BitCast(di, hn::Add(p.z, set(kToWhole))), hn::GatherIndex(du, s.words, at), whole};
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -133,6 +166,17 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
     bits.hits |= static_cast<std::uint64_t>(e > 0) << i;
     bits.misses |= static_cast<std::uint64_t>(e < 0) << i;
     add(values[i], e, change);
+  }
+  return bits;
+}
+
+HWY_INLINE CubeBits empty_seen(const Sweep& s, const VoxelOffsets& offsets, const Place& first,
+                               LogOdds* values, BrickChange& change) {
+  CubeBits bits;
+  for (int i = 0; i < kCubeVoxels; ++i) {
+    if (hn::AllFalse(d, seen_of(s, project(s, offsets, first, kRows * (i & 3) + (i >> 2))).whole)) continue;
+    bits.misses |= std::uint64_t{1} << i;
+    add(values[i], log_odds::kMiss, change);
   }
   return bits;
 }
@@ -258,6 +302,22 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
     bits.hits |= bits_of(hn::Gt(e, hn::Zero(d8))) << i;
     bits.misses |= bits_of(hn::Lt(e, hn::Zero(d8))) << i;
     add(values + i, e, change);
+  }
+  return bits;
+}
+
+/// What lies wholly in the image of a cube in front of all that the view shows there.
+HWY_INLINE CubeBits empty_seen(const Sweep& s, const VoxelOffsets& offsets, const Place& first,
+                               LogOdds* values, BrickChange& change) {
+  CubeBits bits;
+  for (int i = 0; i < kCubeVoxels; i += kGroup) {
+    const auto whole = [&](int x) HWY_ATTR {
+      return all_ones(seen_of(s, project(s, offsets, first, i / 4 + x * kRows)).whole);
+    };
+    const V16 even = deal(whole(0), whole(2)), odd = deal(whole(1), whole(3));
+    const V8 seen = hn::OddEven(hn::BitCast(d8, odd), hn::BitCast(d8, even));
+    bits.misses |= bits_of(hn::Lt(seen, hn::Zero(d8))) << i;
+    add(values + i, hn::And(seen, set8(log_odds::kMiss)), change);
   }
   return bits;
 }
