@@ -24,6 +24,7 @@ constexpr float kPixelSigmas = 7, kMeanSigmas = 4;
 constexpr std::ptrdiff_t kRowsAhead = 4;  // fetched: a view does not fit into the nearest caches
 constexpr float kHorizon = 16;            // times the view's far: what is farther counts as unknown
 constexpr float kShared = 9;              // samples of one mean, away from edges
+constexpr int kAround = 6;                // of the neighbours lie on one surface around a hole in it
 
 struct PixelRow {
   const float *depth, *sigma, *weight;  // weight may be null
@@ -47,6 +48,13 @@ struct MeanRows {
   float resolution;
   float* out;
   float* mean_sigma;  // may be null
+};
+
+struct HoleRows {
+  const float *w[3], *sigma[3];  // above, here, below
+  int width;
+  float resolution;
+  float *out, *sigma_out, *mean_sigma;
 };
 
 }  // namespace
@@ -115,25 +123,26 @@ HWY_INLINE Sample near_pair(const Sample& p0, const Sample& p1, const Sample& p2
   const V apart = hn::Max(hn::Mul(set(kPixelSigmas), widest), set(resolution));
   Sample sum{hn::Zero(d), hn::Zero(d)};
   auto less = hn::Zero(di);
-  for (const Sample* p : {&p0, &p1, &p2, &p3})
-    add_if(hn::Le(hn::Abs(hn::Sub(p->nearness, second)), apart), *p, sum, less);
+  const auto add_near = [&](const Sample& p) HWY_ATTR {
+    add_if(hn::Le(hn::Abs(hn::Sub(p.nearness, second)), apart), p, sum, less);
+  };
+  add_near(p0), add_near(p1), add_near(p2), add_near(p3);
   const auto known = hn::And(hn::Gt(second, hn::Zero(d)), hn::RebindMask(d, hn::Gt(hn::Set(di, -1), less)));
   const V share = hn::IfThenElseZero(known, hn::Div(set(-1), hn::ConvertTo(d, less)));
   return {hn::Mul(sum.nearness, share), hn::Mul(sum.sigma, share)};
 }
 
-/// The mean of the nearest of four with all that lie on its surface, of samples that were halved before.
-HWY_INLINE Sample near_cluster(const Sample& p0, const Sample& p1, const Sample& p2, const Sample& p3,
-                               float resolution) {
-  const V nearest = hn::Max(hn::Max(p0.nearness, p1.nearness), hn::Max(p2.nearness, p3.nearness));
-  const V widest = hn::Max(hn::Max(p0.sigma, p1.sigma), hn::Max(p2.sigma, p3.sigma));
-  const V apart = hn::Max(hn::Mul(set(kMeanSigmas), widest), set(resolution));
-  const V least = hn::Max(hn::Sub(nearest, apart), set(kTiny));
-  Sample sum{hn::Zero(d), hn::Zero(d)};
-  auto less = hn::Zero(di);
-  for (const Sample* p : {&p0, &p1, &p2, &p3}) add_if(hn::Ge(p->nearness, least), *p, sum, less);
-  const V share = hn::Div(set(1), hn::Max(hn::ConvertTo(d, hn::Neg(less)), set(1)));
-  return {hn::Mul(sum.nearness, share), hn::Mul(sum.sigma, share)};
+/// The mean of two that were halved before and lie on one surface, else the nearer.
+HWY_INLINE Sample nearer_or_mean(const Sample& p, const Sample& q, float resolution) {
+  const V apart = hn::Max(hn::Mul(set(kMeanSigmas), hn::Max(p.sigma, q.sigma)), set(resolution));
+  const auto same = hn::And(hn::Gt(hn::Min(p.nearness, q.nearness), hn::Zero(d)),
+                            hn::Le(hn::Abs(hn::Sub(p.nearness, q.nearness)), apart));
+  const V half = set(0.5F);
+  const auto first = hn::Ge(p.nearness, q.nearness);
+  return {
+      hn::IfThenElse(same, hn::Mul(hn::Add(p.nearness, q.nearness), half), hn::Max(p.nearness, q.nearness)),
+      hn::IfThenElse(same, hn::Mul(hn::Add(p.sigma, q.sigma), half),
+                     hn::IfThenElse(first, p.sigma, q.sigma))};
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -204,16 +213,14 @@ void halve_first(const PixelRows& in, float resolution, const OutRow& out) {
   halve_pixels(in, resolution, out, [](const Sample& p) HWY_ATTR { return p; });
 }
 
-/// From two rows of nearness to inverse depth.
-void halve_second(const OutRow& above, const OutRow& below, float horizon, float resolution,
-                  const OutRow& out) {
+/// From a row of nearness to inverse depth.
+void halve_second(const OutRow& in, float horizon, float resolution, const OutRow& out) {
   for (int x = 0; x < out.width; x += lanes()) {
-    const auto at = [](const OutRow& row, int i) HWY_ATTR -> Sample {
-      return {hn::LoadU(d, row.value + i), hn::LoadU(d, row.sigma + i)};
+    const auto at = [&in](int i) HWY_ATTR -> Sample {
+      return {hn::LoadU(d, in.value + i), hn::LoadU(d, in.sigma + i)};
     };
-    const Sample al = at(above, 2 * x), ar = at(above, 2 * x + lanes()), bl = at(below, 2 * x),
-                 br = at(below, 2 * x + lanes());
-    const Sample mean = near_cluster(evens(al, ar), odds(al, ar), evens(bl, br), odds(bl, br), resolution);
+    const Sample left = at(2 * x), right = at(2 * x + lanes());
+    const Sample mean = nearer_or_mean(evens(left, right), odds(left, right), resolution);
     store_last(out, x, inverse({in_order(mean.nearness), in_order(mean.sigma)}, horizon));
   }
 }
@@ -240,6 +247,45 @@ HWY_INLINE void add_row(const float* row, int reach, V low, V high, Sum& sum) {
   add_same(hn::LoadU(d, row + reach), low, high, sum);
 }
 
+/// Gives samples of which nothing is known the surface of their neighbours, where at least six of eight lie
+/// on one.
+void fill_row(const HoleRows& in) {
+  for (int x = 0; x < in.width; x += lanes()) {
+    const auto inside = hn::FirstN(d, static_cast<std::size_t>(in.width - x));
+    const auto hole = hn::And(inside, hn::Le(hn::LoadU(d, in.w[1] + x), set(kTiny)));
+    if (hn::AllFalse(d, hole)) continue;
+    const auto for_each_neighbour = [&](const auto& visit) HWY_ATTR {
+      for (int row = 0; row < 3; ++row) {
+        for (int i = -1; i <= 1; ++i) {
+          if (row == 1 && i == 0) continue;
+          const V w = hn::LoadU(d, in.w[row] + x + i), sigma = hn::LoadU(d, in.sigma[row] + x + i);
+          visit(w, hn::IfThenElseZero(hn::Gt(w, set(kTiny)), sigma));  // it may have been filled by now
+        }
+      }
+    };
+    V nearest = hn::Zero(d), widest = nearest;
+    for_each_neighbour([&](V w, V sigma) HWY_ATTR {
+      nearest = hn::Max(nearest, w);
+      widest = hn::Max(widest, sigma);
+    });
+    const V apart =
+        hn::Max(hn::Mul(set(kMeanSigmas), widest), hn::Mul(set(in.resolution), hn::Mul(nearest, nearest)));
+    const V low = hn::Max(hn::Sub(nearest, apart), set(kTiny));
+    Sample sum{hn::Zero(d), hn::Zero(d)};
+    auto less = hn::Zero(di);
+    for_each_neighbour([&](V w, V sigma) HWY_ATTR { add_if(hn::Ge(w, low), {w, sigma}, sum, less); });
+    const auto filled = hn::And(hole, hn::RebindMask(d, hn::Gt(hn::Set(di, 1 - kAround), less)));
+    const V share = hn::Div(set(1), hn::Max(hn::ConvertTo(d, hn::Neg(less)), set(1)));
+    const auto put = [&](V value, float* row) HWY_ATTR {
+      hn::StoreU(hn::IfThenElse(filled, value, hn::LoadU(d, row + x)), d, row + x);
+    };
+    const V sigma = hn::Mul(sum.sigma, share);
+    put(hn::Mul(sum.nearness, share), in.out);
+    put(sigma, in.sigma_out);
+    put(hn::Mul(sigma, hn::Mul(set(kShared), share)), in.mean_sigma);
+  }
+}
+
 std::size_t smooth_row(const MeanRows& in) {
   std::size_t dropped = 0;
   const auto too_few = hn::Set(di, -in.supporters);
@@ -254,11 +300,10 @@ std::size_t smooth_row(const MeanRows& in) {
     const auto known = hn::Gt(w, set(kTiny));
     const auto kept = hn::And(known, hn::RebindMask(d, hn::Gt(too_few, sum.less)));
     dropped += hn::CountTrue(d, hn::AndNot(kept, known));
-    const V count = hn::Max(hn::ConvertTo(d, hn::Neg(sum.less)), set(1));
-    const V mean = hn::Div(sum.of_values, count);
-    hn::StoreU(hn::IfThenElseZero(kept, mean), d, in.out + x);
+    const V share = hn::Div(set(1), hn::Max(hn::ConvertTo(d, hn::Neg(sum.less)), set(1)));
+    hn::StoreU(hn::IfThenElseZero(kept, hn::Mul(sum.of_values, share)), d, in.out + x);
     if (in.mean_sigma != nullptr)
-      hn::StoreU(hn::Mul(sigma, hn::Div(set(kShared), count)), d, in.mean_sigma + x);
+      hn::StoreU(hn::Mul(sigma, hn::Mul(set(kShared), share)), d, in.mean_sigma + x);
   }
   return dropped;
 }
@@ -276,6 +321,7 @@ HWY_EXPORT(halve_once);
 HWY_EXPORT(halve_first);
 HWY_EXPORT(halve_second);
 HWY_EXPORT(keep_pixels);
+HWY_EXPORT(fill_row);
 HWY_EXPORT(smooth_row);
 
 PixelRow pixel_row(const vision::RangeView& view, int y) {
@@ -295,28 +341,26 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
   const float horizon = kHorizon * static_cast<float>(view.far);
   nothing_.resize(static_cast<std::size_t>(width), 0.0F);
   const PixelRow nothing{nothing_.data(), nothing_.data(), nothing_.data()};
-  const auto rows = [&](int y) -> PixelRows {
+  const auto rows = [&](int upper, int lower) -> PixelRows {
     const auto row = [&](int v) { return v < height ? pixel_row(view, v) : nothing; };
-    return {row(y), row(y + 1), width, near, horizon, least_weight};
+    return {row(upper), row(lower), width, near, horizon, least_weight};
   };
   const auto halved = [](int size) { return (size + 1) / 2; };
   if (reduction == 1) {
     out.reset(width, height);
-    for (int y = 0; y < height; ++y) HWY_DYNAMIC_DISPATCH(keep_pixels)(rows(y), out_row(out, y));
+    for (int y = 0; y < height; ++y) HWY_DYNAMIC_DISPATCH(keep_pixels)(rows(y, y), out_row(out, y));
   } else if (reduction == 2) {
     out.reset(halved(width), halved(height));
     for (int y = 0; y < out.w.height(); ++y)
-      HWY_DYNAMIC_DISPATCH(halve_once)(rows(2 * y), resolution, out_row(out, y));
+      HWY_DYNAMIC_DISPATCH(halve_once)(rows(2 * y, 2 * y + 1), resolution, out_row(out, y));
   } else {
     out.reset(halved(halved(width)), halved(halved(height)));
-    halves_.nearness.reset(halved(width), 2);
-    halves_.sigma.reset(halved(width), 2);
-    const auto half = [&](int k) -> OutRow {
-      return {halves_.nearness.row(k), halves_.sigma.row(k), halves_.nearness.width()};
-    };
+    half_.nearness.reset(halved(width), 1);
+    half_.sigma.reset(halved(width), 1);
+    const OutRow half{half_.nearness.row(0), half_.sigma.row(0), half_.nearness.width()};
     for (int y = 0; y < out.w.height(); ++y) {
-      for (const int k : {0, 1}) HWY_DYNAMIC_DISPATCH(halve_first)(rows(4 * y + 2 * k), resolution, half(k));
-      HWY_DYNAMIC_DISPATCH(halve_second)(half(0), half(1), horizon, resolution, out_row(out, y));
+      HWY_DYNAMIC_DISPATCH(halve_first)(rows(4 * y, 4 * y + 3), resolution, half);
+      HWY_DYNAMIC_DISPATCH(halve_second)(half, horizon, resolution, out_row(out, y));
     }
   }
 }
@@ -337,6 +381,21 @@ std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, in
                                                  mean_sigma == nullptr ? nullptr : mean_sigma->row(y)});
   }
   return dropped;
+}
+
+void fill_holes(InverseDepth& rough, float resolution, RingImage<float>& smooth_w,
+                RingImage<float>& mean_sigma) {
+  RingImage<float>&w = rough.w, &sigma = rough.sigma;
+  for (int y = 0; y < w.height(); ++y) {
+    HWY_DYNAMIC_DISPATCH(fill_row)
+    ({{w.row(y - 1), w.row(y), w.row(y + 1)},
+      {sigma.row(y - 1), sigma.row(y), sigma.row(y + 1)},
+      w.width(),
+      resolution,
+      smooth_w.row(y),
+      sigma.row(y),
+      mean_sigma.row(y)});
+  }
 }
 
 }  // namespace headway::nav

@@ -26,14 +26,15 @@ class DepthReducer {
   /// The view at 1/`reduction` of its size (1, 2 or 4). Of each block of 2x2 pixels that is taken together,
   /// the mean of the nearest two or more that lie on one surface, so that thin things stay and a lone wrong
   /// pixel does not. Pixels nearer than the view's near, or with less inlier weight than `least_weight`, are
-  /// unknown. `resolution` is a voxel's edge [m].
+  /// unknown. At a quarter of the size only the first and the last of four rows are read: those between err
+  /// much as they do. `resolution` is a voxel's edge [m].
   void reduce(const vision::RangeView& view, float least_weight, float resolution, int reduction,
               InverseDepth& out);
 
  private:
   struct {
     RingImage<float> nearness, sigma;
-  } halves_;                    ///< two rows [m]
+  } half_;                      ///< one row [m]
   std::vector<float> nothing_;  ///< the row below an odd last one
 };
 
@@ -43,5 +44,10 @@ class DepthReducer {
 /// surface: errors that neighbours have in common do not average out, hence in proportion to their number.
 std::size_t smooth(const RingImage<float>& in, const RingImage<float>& sigma, int reach, int supporters,
                    float resolution, RingImage<float>& out, RingImage<float>* mean_sigma = nullptr);
+
+/// Fills single holes in surfaces: samples of which nothing is known take the mean of their neighbours where
+/// at least six of eight lie on one surface. Their sigma goes into `rough`, which keeps its holes otherwise.
+void fill_holes(InverseDepth& rough, float resolution, RingImage<float>& smooth_w,
+                RingImage<float>& mean_sigma);
 
 }  // namespace headway::nav

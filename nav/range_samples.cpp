@@ -90,7 +90,7 @@ HWY_INLINE unsigned bits_of(M mask) {
 
 /// The slope of inverse depth per sample between two neighbours: central on one surface, to one side at an
 /// edge, level where neither side belongs to the surface.
-HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps) {
+HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps, float tap) {
   const V down = hn::Sub(w, before), up = hn::Sub(after, w);
   const auto has_down = hn::Gt(before, set(kTiny)), has_up = hn::Gt(after, set(kTiny));
   const V bend = hn::Abs(hn::Sub(up, down));
@@ -101,7 +101,7 @@ HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps) {
   const auto use_down = hn::And(has_down, hn::Or(hn::Not(has_up), hn::Le(hn::Abs(down), hn::Abs(up))));
   const V one_sided = hn::IfThenElse(use_down, level_down, level_up);
   const V both = hn::Mul(hn::Add(up, down), set(0.5F));
-  return hn::Mul(hn::IfThenElse(central, both, one_sided), set(1 / taps));
+  return hn::Mul(hn::IfThenElse(central, both, one_sided), set(tap));
 }
 
 /// Marks the voxels of points on rays (x, y, 1) at inverse depth w.
@@ -158,14 +158,16 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
   const float *above = t.w.row(y - 1), *here = t.w.row(y), *below = t.w.row(y + 1);
   const float *up = t.w.row(y - t.taps), *down = t.w.row(y + t.taps), *sigmas = t.sigma.row(y),
               *mean_sigmas = t.mean_sigma.row(y);
-  const V ray_y = set((static_cast<float>(y) - t.cy) / t.focal);
+  const float sample = 1 / t.focal, tap = 1 / taps;
+  const V ray_y = set((static_cast<float>(y) - t.cy) * sample), lane = hn::Iota(d, 0);
   for (int x = 0; x < width; x += lanes()) {
     const V own = hn::LoadU(d, here + x), sigma = hn::LoadU(d, sigmas + x);
     const auto known = hn::Gt(own, set(kTiny));
     const V tolerance =
         hn::Max(hn::Mul(set(4), sigma), hn::Mul(set(t.resolution), hn::Mul(own, own)));  // one surface
-    V slope_u = slope(hn::LoadU(d, here + x - t.taps), own, hn::LoadU(d, here + x + t.taps), tolerance, taps);
-    V slope_v = slope(hn::LoadU(d, up + x), own, hn::LoadU(d, down + x), tolerance, taps);
+    V slope_u =
+        slope(hn::LoadU(d, here + x - t.taps), own, hn::LoadU(d, here + x + t.taps), tolerance, taps, tap);
+    V slope_v = slope(hn::LoadU(d, up + x), own, hn::LoadU(d, down + x), tolerance, taps, tap);
     // So steep that the plane would run away within the sample: no surface that a camera measures.
     const auto steep = hn::Gt(hn::Add(hn::Abs(slope_u), hn::Abs(slope_v)), hn::Mul(own, set(0.5F)));
     slope_u = hn::IfThenZeroElse(steep, slope_u);
@@ -183,7 +185,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     // The plane n.P = 1: its normal is the gradient of w over (x, y, 1). Half the depth of a voxel that it
     // just touches: |Q - P| along the ray over Z is |n.(Q - P)|, at most |n|_1 half an edge in the map's
     // axes.
-    const V ray_x = hn::Mul(hn::Sub(hn::Iota(d, static_cast<float>(x)), set(t.cx)), set(1 / t.focal));
+    const V ray_x = hn::Mul(hn::Add(lane, set(static_cast<float>(x) - t.cx)), set(sample));
     const V nx = hn::Mul(slope_u, set(t.focal)), ny = hn::Mul(slope_v, set(t.focal));
     const V nz = hn::Sub(hn::Sub(w, hn::Mul(nx, ray_x)), hn::Mul(ny, ray_y));
     V size = zero();
@@ -219,7 +221,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     // The sample's corners, and a little beyond where both sides of the edge are measured.
     const V reach = hn::IfThenElse(hn::Gt(e.farthest, set(kTiny)), set(kBeyondCorner), set(0.5F));
     const V fall_u = hn::Mul(slope_u, reach), fall_v = hn::Mul(slope_v, reach),
-            aside = hn::Mul(reach, set(1 / t.focal));
+            aside = hn::Mul(reach, set(sample));
     const V left_x = hn::Sub(ray_x, aside), right_x = hn::Add(ray_x, aside);
     const V top_y = hn::Sub(ray_y, aside), low_y = hn::Add(ray_y, aside);
     mark(t, left_x, top_y, hn::Sub(hn::Sub(own, fall_u), fall_v), edge);
@@ -235,12 +237,13 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
 /// Forgets the samples of a row whose points lie in a box of the body's frame; returns how many.
 std::size_t forget_row(const BodyTask& t, int y, int width, float* row) {
   std::size_t forgotten = 0;
-  const V ray_y = set((static_cast<float>(y) - t.cy) / t.focal);
+  const float sample = 1 / t.focal;
+  const V ray_y = set((static_cast<float>(y) - t.cy) * sample), lane = hn::Iota(d, 0);
   for (int x = 0; x < width; x += lanes()) {
     const V w = hn::LoadU(d, row + x);
     auto own = hn::Gt(w, set(kTiny));
     const V z = hn::Div(set(1), hn::Max(w, set(kTiny)));
-    const V ray_x = hn::Mul(hn::Sub(hn::Iota(d, static_cast<float>(x)), set(t.cx)), set(1 / t.focal));
+    const V ray_x = hn::Mul(hn::Add(lane, set(static_cast<float>(x) - t.cx)), set(sample));
     for (int k = 0; k < 3; ++k) {
       const float turn[3] = {t.body_from_camera(k, 0), t.body_from_camera(k, 1), t.body_from_camera(k, 2)};
       const V p = hn::Add(hn::Mul(dot(turn, ray_x, ray_y, set(1)), z), set(t.body_from_camera(k, 3)));
@@ -408,6 +411,7 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
   rejected_ += smooth(rough_.w, rough_.sigma, 1, config.supporters, edge, smooth_, &mean_sigma_);
   const bool fine = reduction < 4;  // noise of fewer pixels is left in each sample
+  if (fine) fill_holes(rough_, edge, smooth_, mean_sigma_);
   if (fine) rejected_ += smooth(smooth_, rough_.sigma, 2, 0, edge, smoother_);
 
   steps_per_metre_ = kMost / (kBeyondFar * far_);

@@ -173,6 +173,18 @@ TEST(Integrate, SaysNothingWhereNothingIsMeasuredOrNearerThanNear) {
   }
 }
 
+TEST(Integrate, SeesThroughSingleHolesOfASurfaceAsThroughTheRestOfIt) {
+  const WallView whole(2.02);
+  WallView holed = whole;
+  for (int v = 6; v + 1 < holed.view.camera.height; v += 6) {
+    for (int u = 6; u + 1 < holed.view.camera.width; u += 6) holed.put(u, v, u + 1, v + 1, kNan);
+  }
+  VoxelMap map = room_map(), holed_map = room_map();
+  integrate(map, whole.view, whole.pose, at_seconds(1));
+  integrate(holed_map, holed.view, holed.pose, at_seconds(1));
+  for_each_known(map, [&](const Index& i) { ASSERT_EQ(holed_map.at(i), map.at(i)) << i.transpose(); });
+}
+
 TEST(Integrate, SeesAPoleThinnerThanAVoxelInEveryView) {
   VoxelMap map = room_map();
   Integrator integrator;
