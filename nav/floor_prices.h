@@ -6,45 +6,49 @@
 #include <cstdint>
 #include <vector>
 
+#include "nav/floor_chunks.h"
 #include "nav/gait.h"
 #include "nav/ground.h"
-#include "nav/planner.h"
+#include "nav/planner_config.h"
 
 namespace headway::nav {
 
-/// Seconds to whole milliseconds, the planner's unit.
-std::uint32_t milliseconds(double s);
+/// The ground of all cells, row-major.
+struct GroundRaster {
+  int width = 0, height = 0;
+  const Ground* cells = nullptr;
+
+  const Ground* row(int y) const {
+    return cells + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+  }
+};
 
 class FloorPrices {
  public:
-  FloorPrices(const PlannerConfig& config, const GaitLimits& gait, double resolution);
+  /// Throws InputError when near_range spans more than 250 cells.
+  FloorPrices(const PlannerConfig& config, const GaitLimits& gait, double resolution, double tick);
 
-  /// From the ground of all cells, row-major width x height.
-  void compute(int width, int height, const std::vector<Ground>& ground);
+  /// Finds anew the prices of the rows and chunks (both inclusive, within the raster).
+  void compute(const GroundRaster& ground, int first_row, int last_row, int first_chunk, int last_chunk,
+               FloorChunks& into);
 
-  /// Added to a motion [ms] that reaches the cell straight or diagonally.
-  std::uint32_t total(std::size_t cell, bool diagonal) const { return total_[cell][diagonal ? 1 : 0]; }
-  std::uint32_t near(std::size_t cell, bool diagonal) const { return near_price(distance2_[cell], diagonal); }
-  std::uint32_t unseen(std::size_t cell, bool diagonal) const {
-    return unseen_price(unseen_[cell], diagonal);
-  }
+  /// What unseen floor alone adds when leaving a cell straight or diagonally [ticks].
+  Ticks unseen(const GroundRaster& ground, int x, int y, bool diagonal) const;
+
+  /// Cells whose prices a cell has a part in reach so far from it.
+  int reach() const { return std::max(range_, corridor_); }
+
+  // For the sweep alone.
+  using Prices = std::array<Ticks, 2>;
+  int range() const { return range_; }
+  int corridor() const { return corridor_; }
+  const std::vector<Prices>& near_prices() const { return near_prices_; }
+  const std::vector<Prices>& unseen_prices() const { return unseen_prices_; }
 
  private:
-  using Prices = std::array<std::uint32_t, 2>;
-
-  std::uint32_t near_price(std::uint16_t distance2, bool diagonal) const {
-    return near_prices_[distance2][diagonal ? 1 : 0];
-  }
-  std::uint32_t unseen_price(std::uint16_t count, bool diagonal) const {
-    return unseen_prices_[count][diagonal ? 1 : 0];
-  }
-  void measure_distances(int width, int height, const std::vector<Ground>& ground);
-  void count_unseen(int width, int height, const std::vector<Ground>& ground);
-
   int range_, corridor_;                             ///< [cells]
   std::vector<Prices> near_prices_, unseen_prices_;  ///< by squared distance [cells^2], by cells unseen
-  std::vector<std::uint16_t> distance2_, unseen_, row_;
-  std::vector<Prices> total_;
+  std::vector<std::uint16_t> scratch_;
 };
 
 }  // namespace headway::nav

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
@@ -22,6 +21,18 @@ inline bool is_obstacle(Ground g) { return g >= Ground::kTight; }
 /// What the planner makes of floor that nobody has seen.
 enum class UnseenFloor : std::uint8_t { kBlocked, kCostly, kFree };
 
+/// Wherever the start does not matter.
+inline Ground ground_of(Floor floor, UnseenFloor unseen) {
+  if (floor == Floor::kBlocked) return Ground::kBlocked;
+  if (floor == Floor::kFree || unseen == UnseenFloor::kFree) return Ground::kFree;
+  return unseen == UnseenFloor::kBlocked ? Ground::kBlocked : Ground::kUnseen;
+}
+
+/// Cells from `low` to `high`, both inclusive.
+struct CellBox {
+  Eigen::Vector2i low{0, 0}, high{-1, -1};
+};
+
 /// Outside the map everything is blocked. Where the body stands at the start is free, if so configured:
 /// nothing else can be there. And what came within its clearance before it noticed must not nail it to the
 /// spot.
@@ -33,14 +44,14 @@ class GroundView {
 
   const FloorGrid& grid() const { return map_.grid; }
   Ground at(const Eigen::Vector2i& cell) const;
-  /// All cells of the grid, row-major.
-  void survey(std::vector<Ground>& into) const;
+  /// Where the start may make a cell another than the map alone; within the grid.
+  CellBox near_start() const;
   /// Whether a mask around `cell` meets an obstacle, or the bare body's mask a kTight one.
   bool blocks(const Eigen::Vector2i& cell, const Mask& mask, const Mask& bare_mask) const;
 
  private:
   Ground on_the_map(const Eigen::Vector2i& cell) const;
-  Ground near_start(const Eigen::Vector2i& cell, Ground on_map) const;
+  Ground as_seen_from_start(const Eigen::Vector2i& cell, Ground on_map) const;
   double near_start_reach() const { return outline_.reach() + map_.grid.resolution; }
 
   const FloorMap& map_;

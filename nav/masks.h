@@ -31,15 +31,15 @@ double heading_angle(int heading);  ///< [rad], in [-pi, pi)
 struct Motion {
   int heading = 0, number = 0;
 
-  Mode mode() const { return number < kForwardMotions ? Mode::kForward : Mode::kSideway; }
+  constexpr Mode mode() const { return number < kForwardMotions ? Mode::kForward : Mode::kSideway; }
   /// Eighths of a turn from the heading to where it goes: -2..2, left positive.
-  int turn() const {
+  constexpr int turn() const {
     if (number < kForwardMotions) return number - 2;
     return number < kForwardMotions + 2 ? number - 7 : number - 6;
   }
-  int direction() const { return (heading + turn()) & 7; }
-  int heading_after() const { return mode() == Mode::kForward ? direction() : heading; }
-  int configuration() const { return heading * kMotions + number; }
+  constexpr int direction() const { return (heading + turn()) & 7; }
+  constexpr int heading_after() const { return mode() == Mode::kForward ? direction() : heading; }
+  constexpr int configuration() const { return heading * kMotions + number; }
 };
 
 /// Cells relative to the one the robot stands on, as runs of one row each.

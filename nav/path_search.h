@@ -1,83 +1,56 @@
-// The search itself, on whole numbers: states, motions and milliseconds.
+// The search for the cheapest path, on whole numbers: states, motions and ticks.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
-#include "nav/blocked_motions.h"
-#include "nav/bucket_queue.h"
-#include "nav/floor_prices.h"
+#include "nav/cost_to_goal.h"
+#include "nav/floor_chunks.h"
+#include "nav/masks.h"
+#include "nav/motion_costs.h"
 
 namespace headway::nav {
 
-/// What the motions cost anywhere [ms].
-struct MotionCosts {
-  std::array<std::uint32_t, kConfigurations> walking{}, turning{};
-  std::uint32_t mode_change = 0;
-
-  MotionCosts(const PlannerConfig& config, const GaitLimits& gait, double resolution);
+/// The robot stands on the centre of a cell and faces 45 deg * heading.
+struct PathState {
+  Eigen::Vector2i cell{0, 0};
+  int heading = 0;
+  Mode mode = Mode::kForward;
+  bool operator==(const PathState&) const = default;
 };
 
-constexpr std::uint32_t kUnreachable = std::numeric_limits<std::uint32_t>::max();
-constexpr int kLayers = 2 * kHeadings;
-
-/// A* over states numbered cell * 16 + mode * 8 + heading, to one cell. Buffers are kept.
+/// A* whose lower bound of what remains is exact: it expands the states of the path and no others. What takes
+/// the time is to find that bound, CostToGoal.
 class PathSearch {
  public:
-  struct Start {
-    int heading = 0;
-    std::uint32_t cost = 0;  ///< [ms]
-  };
-  struct Problem {
-    int width = 0, height = 0;
-    std::size_t start = 0, goal = 0;  ///< cells
-    std::vector<Start> starts;        ///< in either mode
-    std::array<std::uint32_t, kHeadings>
-        arrival_cost{};  ///< by the heading at the goal; kUnreachable: not allowed
-  };
   struct Found {
-    std::vector<std::uint32_t> states, cost_so_far;  ///< from the start on [ms]
-    std::uint32_t cost = 0;                          ///< with the arrival's [ms]
+    std::vector<PathState> states;               ///< from the start on
+    std::vector<std::uint32_t> cost_so_far;      ///< at each, the first with its turn at the start [ticks]
+    std::uint32_t cost = 0;                      ///< with the arrival's [ticks]
+    double bound = 1;                            ///< no path costs less than cost / bound
+    std::size_t first_relaxed = 0, relaxed = 0;  ///< chunks worked on until a path was known, and in all
   };
 
-  PathSearch(const MotionCosts& costs, const BlockedMotions& blocked, const FloorPrices& prices)
-      : costs_(costs), blocked_(blocked), prices_(prices) {}
+  /// Both must stay where they are; the floor's size may not change.
+  PathSearch(const FloorChunks& floor, const MotionCosts& costs)
+      : floor_(floor), costs_(costs), to_goal_(floor, costs) {}
 
-  /// The cheapest path, if there is one; of equally cheap ones always the same.
-  std::optional<Found> run(const Problem& problem);
+  /// A path within 1.0625 of the cheapest, bettered while no more than `budget` further chunks are worked on;
+  /// of equally cheap ones always the same. Nothing: there is none. `expected`: see CostToGoal::begin.
+  std::optional<Found> run(const CostQuery& query, std::size_t budget, std::uint32_t expected = 0);
 
-  /// After run() found none: cells that can be reached, as a flag each.
-  const std::vector<std::uint8_t>& flood(const Problem& problem);
+  const CostToGoal& to_goal() const { return to_goal_; }
 
-  std::size_t expansions() const { return expansions_; }
+  static constexpr int kFirstWeight = 17;  ///< sixteenths: 1.0625
 
  private:
-  void set_up(const Problem& problem);
-  void measure_remaining(std::size_t goal);
-  std::uint32_t cheapest_motion(std::size_t from, int direction) const;
-  void reach(std::uint32_t state, std::uint32_t cost, std::uint8_t by);
-  void expand(std::uint32_t state);
-  template <class Visit>
-  void for_each_motion(std::uint32_t state, const Visit& visit) const;
-  Found trace(std::uint32_t last, std::uint32_t cost) const;
-  std::uint32_t before(std::uint32_t state) const;
+  Found descend(const CostQuery& query) const;
 
+  const FloorChunks& floor_;
   const MotionCosts& costs_;
-  const BlockedMotions& blocked_;
-  const FloorPrices& prices_;
-
-  int width_ = 0, height_ = 0;
-  std::array<std::int64_t, kHeadings> next_cell_{};  ///< index offset of one cell on
-  std::vector<std::uint32_t> remaining_;             ///< at least, by cell [ms]
-  std::vector<std::uint32_t> so_far_;                ///< by state [ms]
-  std::vector<std::uint8_t> reached_by_;             ///< motion 0..8, kModeChange or kBegun
-  std::vector<std::uint8_t> flooded_;
-  std::vector<std::uint32_t> stack_;
-  BucketQueue open_;
-  std::size_t expansions_ = 0;
+  CostToGoal to_goal_;
 };
 
 }  // namespace headway::nav

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "hal/error.h"
-#include "nav/path_search.h"
+#include "nav/reachable.h"
+#include "nav/surveyed_floor.h"
 #include "nav/turn_room.h"
 
 namespace headway::nav {
@@ -16,10 +16,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector2i;
-
-void expect(bool good, const std::string& key, double value, const std::string& expected) {
-  if (!good) throw InputError("planner: " + key + ": is " + std::to_string(value) + ", expected " + expected);
-}
 
 /// The motion from one state of a path to the next; nothing when only the mode changes.
 std::optional<Motion> motion_between(const PathState& a, const PathState& b) {
@@ -45,23 +41,12 @@ const char* describe(NoPath reason) {
       return "the robot does not fit at the goal";
     case NoPath::kGoalOutside:
       return "the goal is not on the map";
+    case NoPath::kTooFar:
+      return "the way to the goal is too long";
     case NoPath::kEnclosed:
       return "obstacles close every way to the goal";
   }
   return "";
-}
-
-void PlannerConfig::validate() const {
-  const auto within = [](double v, double lowest, double highest, const char* key, const char* unit = "") {
-    expect(v >= lowest && v <= highest, key, v,
-           std::to_string(lowest) + " to " + std::to_string(highest) + unit);
-  };
-  within(unseen_price, 0, 100, "unseen_price");
-  within(corridor, 0, 1, "corridor", " m");
-  within(near_price, 0, 100, "near_price");
-  within(near_range, 0, 3, "near_range", " m");
-  within(turn_price, 0, 100, "turn_price");
-  within(mode_change, 0, 100, "mode_change", " s");
 }
 
 class Planner::Search {
@@ -70,12 +55,11 @@ class Planner::Search {
       : config_(config),
         gait_(gait),
         outline_(outline),
+        resolution_(resolution),
         masks_(outline, resolution),
         bare_masks_(outline.bare(), resolution),
-        dilation_(masks_),
-        bare_dilation_(bare_masks_),
         costs_(config, gait, resolution),
-        prices_(config, gait, resolution) {}
+        floor_(masks_, bare_masks_, FloorPrices(config, gait, resolution, costs_.tick), config.unseen) {}
   // The search refers to its siblings.
   Search(const Search&) = delete;
   Search& operator=(const Search&) = delete;
@@ -83,6 +67,9 @@ class Planner::Search {
   PlanResult plan(const FloorMap& map, const Pose2& start, const Goal& goal);
   bool still_valid(const Path& path, const FloorMap& map, std::size_t from) const;
   const Masks& masks() const { return masks_; }
+  double tick() const { return costs_.tick; }
+  std::size_t bytes() const { return floor_.bytes() + (search_ ? search_->to_goal().bytes() : 0); }
+  void forget();
 
  private:
   struct End {
@@ -93,33 +80,36 @@ class Planner::Search {
   GroundView view(const FloorMap& map, const Pose2& start) const {
     return {map, config_.unseen, outline_, start, config_.start_is_free};
   }
-  std::uint32_t turn_cost(double angle) const {
-    return milliseconds(config_.turn_price * gait_.turn_seconds(angle));
+  Ticks turn_cost(double angle) const {
+    return in_ticks(config_.turn_price * gait_.turn_seconds(angle), costs_.tick);
   }
   bool stands(const GroundView& ground, const Vector2i& cell, int heading) const;
   std::optional<End> choose_end(const GroundView& ground, const Goal& goal);
   bool can_end(const GroundView& ground, const Vector2i& cell, const End& end);
   bool stays(const GroundView& ground, const Pose2& start, const End& end) const;
   Path stay(const FloorGrid& grid, const Pose2& start, const End& end) const;
-  void list_starts(const GroundView& ground, const Pose2& start);
-  void survey(const GroundView& ground);
-  PlanResult explain_no_path(const FloorGrid& grid, const Vector2d& goal);
-  Path path_of(const PathSearch::Found& found, const Pose2& start, const End& end) const;
+  unsigned list_starts(const GroundView& ground, const Pose2& start);
+  PlanResult search(const FloorMap& map, const Pose2& start, const End& end, unsigned headings);
+  PlanResult explain_no_path(const FloorGrid& grid, const Vector2d& goal, unsigned headings);
+  std::uint32_t expected_cost() const;
+  Path path_of(PathSearch::Found found, const Pose2& start, const End& end) const;
   PathCost shares(const Path& path) const;
 
   PlannerConfig config_;
   GaitLimits gait_;
   BodyOutline outline_;
+  double resolution_;
   Masks masks_, bare_masks_;
-  MaskDilation dilation_, bare_dilation_;
   MotionCosts costs_;
-  BlockedMotions blocked_;
-  FloorPrices prices_;
-  PathSearch search_{costs_, blocked_, prices_};
-
-  std::vector<Ground> ground_;
-  CellBits bits_;
-  PathSearch::Problem problem_;
+  SurveyedFloor floor_;
+  std::optional<PathSearch> search_;  ///< for rasters of the floor's size
+  CostQuery query_;
+  struct Last {
+    Vector2i goal;
+    std::uint32_t cost;
+  };
+  std::optional<Last> last_;
+  std::unique_ptr<Search> coarser_;  ///< for walks so long that costs do not fit
 };
 
 bool Planner::Search::stands(const GroundView& ground, const Vector2i& cell, int heading) const {
@@ -133,8 +123,8 @@ bool Planner::Search::can_end(const GroundView& ground, const Vector2i& cell, co
   for (int h = 0; h < kHeadings; ++h) {
     const double heading = heading_angle(h);
     const bool can = stands(ground, cell, h) && (!end.yaw || room.can_turn(heading, *end.yaw));
-    const std::uint32_t turn = end.yaw ? turn_cost(wrap_angle(*end.yaw - heading)) : 0;
-    problem_.arrival_cost[static_cast<std::size_t>(h)] = can ? turn : kUnreachable;
+    const Ticks turn = end.yaw ? turn_cost(wrap_angle(*end.yaw - heading)) : Ticks{0};
+    query_.arrival_cost[static_cast<std::size_t>(h)] = can ? turn : kTooDear;
     any |= can;
   }
   return any;
@@ -175,7 +165,7 @@ Path Planner::Search::stay(const FloorGrid& grid, const Pose2& start, const End&
   path.start = start;
   path.states = {{grid.cell(end.position), heading, Mode::kForward}};
   path.cost_so_far_s = {0};
-  path.cost.turning = turn_cost(wrap_angle(yaw - start.yaw)) * 1e-3;
+  path.cost.turning = turn_cost(wrap_angle(yaw - start.yaw)) * costs_.tick;
   path.cost_s = path.cost.total();
   path.end = end.position;
   path.end_yaw = end.yaw;
@@ -183,53 +173,53 @@ Path Planner::Search::stay(const FloorGrid& grid, const Pose2& start, const End&
 }
 
 /// The headings to which the robot can turn where it stands.
-void Planner::Search::list_starts(const GroundView& ground, const Pose2& start) {
-  problem_.starts.clear();
+unsigned Planner::Search::list_starts(const GroundView& ground, const Pose2& start) {
+  unsigned headings = 0;
   const TurnRoom room(ground, outline_, start.position());
   for (int h = 0; h < kHeadings; ++h) {
-    if (!room.can_turn(start.yaw, heading_angle(h))) continue;
-    problem_.starts.push_back({h, turn_cost(wrap_angle(heading_angle(h) - start.yaw))});
+    const bool can = room.can_turn(start.yaw, heading_angle(h));
+    query_.start_cost[static_cast<std::size_t>(h)] =
+        can ? turn_cost(wrap_angle(heading_angle(h) - start.yaw)) : kTooDear;
+    headings |= static_cast<unsigned>(can) << h;
   }
+  return headings;
 }
 
-/// Everything the search reads of the floor.
-void Planner::Search::survey(const GroundView& ground) {
-  const FloorGrid& grid = ground.grid();
-  ground.survey(ground_);
-  prices_.compute(grid.width, grid.height, ground_);
-  blocked_.reset(grid.width, grid.height);
-  int tight_from = grid.height, tight_to = -1;
-  bits_.reset(grid.width, grid.height, true);
-  for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      const Ground g = ground_[grid.index({x, y})];
-      if (g == Ground::kBlocked) bits_.set(x, y);
-      if (g != Ground::kTight) continue;
-      tight_from = std::min(tight_from, y);
-      tight_to = y;
-    }
-  }
-  dilation_.block(bits_, 0, grid.height - 1, blocked_);
-  if (tight_to < 0) return;
-  bits_.reset(grid.width, grid.height, false);
-  for (int y = tight_from; y <= tight_to; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      if (ground_[grid.index({x, y})] == Ground::kTight) bits_.set(x, y);
-    }
-  }
-  bare_dilation_.block(bits_, std::max(0, tight_from - bare_dilation_.highest()),
-                       std::min(grid.height - 1, tight_to - bare_dilation_.lowest()), blocked_);
+/// The last path's cost and what a detour of some metres adds, when it led to the same goal.
+std::uint32_t Planner::Search::expected_cost() const {
+  constexpr int kDetour = 40;  // cells
+  if (!last_ || last_->goal != query_.goal) return 0;
+  return last_->cost + last_->cost / 16 + kDetour * costs_.least[0];
 }
 
-PlanResult Planner::Search::explain_no_path(const FloorGrid& grid, const Vector2d& goal) {
+PlanResult Planner::Search::search(const FloorMap& map, const Pose2& start, const End& end,
+                                   unsigned headings) {
+  if (floor_.update(map, view(map, start)) || !search_) search_.emplace(floor_.chunks(), costs_);
+  query_.start = map.grid.cell(start.position());
+  query_.goal = map.grid.cell(end.position);
+  auto found = search_->run(query_, config_.budget, expected_cost());
+  if (!found) {
+    last_.reset();
+    return explain_no_path(map.grid, end.position, headings);
+  }
+  last_ = {query_.goal, found->cost};
   PlanResult result;
-  result.expansions = search_.expansions();
-  const std::vector<std::uint8_t>& reached = search_.flood(problem_);
+  result.bound = found->bound;
+  result.first_expansions = found->first_relaxed;
+  result.expansions = found->relaxed;
+  result.path = path_of(std::move(*found), start, end);
+  return result;
+}
+
+PlanResult Planner::Search::explain_no_path(const FloorGrid& grid, const Vector2d& goal, unsigned headings) {
+  PlanResult result;
+  result.first_expansions = result.expansions = search_->to_goal().relaxed();
+  const std::vector<std::uint8_t> reached = reachable_headings(floor_.chunks(), query_.start, headings);
   double least = 0;
   std::size_t cells = 0;
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      if (!reached[grid.index({x, y})]) continue;
+      if (reached[grid.index({x, y})] == 0) continue;
       const double distance = (grid.centre({x, y}) - goal).norm();
       if (cells++ > 0 && distance >= least) continue;
       least = distance;
@@ -238,24 +228,23 @@ PlanResult Planner::Search::explain_no_path(const FloorGrid& grid, const Vector2
   }
   result.reason = cells > 1 ? NoPath::kEnclosed : NoPath::kStartBlocked;
   if (cells <= 1) result.nearest.reset();
+  for (int h = 0; h < kHeadings; ++h) {
+    const bool arrives = reached[grid.index(query_.goal)] >> h & 1;
+    if (arrives && query_.arrival_cost[static_cast<std::size_t>(h)] != kTooDear)
+      result.reason = NoPath::kTooFar;
+  }
   return result;
 }
 
-Path Planner::Search::path_of(const PathSearch::Found& found, const Pose2& start, const End& end) const {
+Path Planner::Search::path_of(PathSearch::Found found, const Pose2& start, const End& end) const {
   Path path;
   path.start = start;
-  for (std::size_t i = 0; i < found.states.size(); ++i) {
-    const auto state = static_cast<int>(found.states[i]);
-    const int cell = state / kLayers, layer = state % kLayers;
-    path.states.push_back({{cell % problem_.width, cell / problem_.width},
-                           layer % kHeadings,
-                           layer < kHeadings ? Mode::kForward : Mode::kSideway});
-    path.cost_so_far_s.push_back(found.cost_so_far[i] * 1e-3);
-  }
+  path.states = std::move(found.states);
+  for (const std::uint32_t cost : found.cost_so_far) path.cost_so_far_s.push_back(cost * costs_.tick);
   path.end = end.position;
   path.end_yaw = end.yaw;
   path.cost = shares(path);
-  path.cost_s = found.cost * 1e-3;
+  path.cost_s = found.cost * costs_.tick;
   return path;
 }
 
@@ -268,19 +257,18 @@ PathCost Planner::Search::shares(const Path& path) const {
       modes += costs_.mode_change;
       continue;
     }
-    const auto c = static_cast<std::size_t>(motion->configuration());
-    const Vector2i& to = path.states[i].cell;
-    const std::size_t cell = static_cast<std::size_t>(to.y()) * static_cast<std::size_t>(problem_.width) +
-                             static_cast<std::size_t>(to.x());
+    const Vector2i& from = path.states[i - 1].cell;
     const bool diagonal = motion->direction() % 2 != 0;
-    walking += costs_.walking[c];
-    turning += costs_.turning[c];
-    nearness += prices_.near(cell, diagonal);
-    unseen += prices_.unseen(cell, diagonal);
+    const Ticks of_unseen = floor_.prices().unseen(floor_.raster(), from.x(), from.y(), diagonal);
+    walking += costs_.walking(*motion);
+    turning += static_cast<std::uint32_t>(costs_.of(*motion) - costs_.walking(*motion));
+    nearness += static_cast<std::uint32_t>(floor_.chunks().price(from.x(), from.y(), diagonal) - of_unseen);
+    unseen += of_unseen;
   }
   if (path.end_yaw)
     turning += turn_cost(wrap_angle(*path.end_yaw - heading_angle(path.states.back().heading)));
-  return {walking * 1e-3, turning * 1e-3, modes * 1e-3, nearness * 1e-3, unseen * 1e-3};
+  const double t = costs_.tick;
+  return {walking * t, turning * t, modes * t, nearness * t, unseen * t};
 }
 
 PlanResult Planner::Search::plan(const FloorMap& map, const Pose2& start, const Goal& goal) {
@@ -300,18 +288,22 @@ PlanResult Planner::Search::plan(const FloorMap& map, const Pose2& start, const 
     result.path = stay(grid, start, *end);
     return result;
   }
-  list_starts(ground, start);
-  if (problem_.starts.empty()) return no(NoPath::kStartBlocked);
-  survey(ground);
-  problem_.width = grid.width;
-  problem_.height = grid.height;
-  problem_.start = grid.index(grid.cell(start.position()));
-  problem_.goal = grid.index(grid.cell(end->position));
-  const auto found = search_.run(problem_);
-  if (!found) return explain_no_path(grid, end->position);
-  result.expansions = search_.expansions();
-  result.path = path_of(*found, start, *end);
-  return result;
+  const unsigned headings = list_starts(ground, start);
+  if (headings == 0) return no(NoPath::kStartBlocked);
+  result = search(map, start, *end, headings);
+  if (result.reason != NoPath::kTooFar || config_.ticks_per_cell == 1) return result;
+  if (!coarser_) {
+    PlannerConfig coarser = config_;
+    coarser.ticks_per_cell /= 2;
+    coarser_ = std::make_unique<Search>(coarser, gait_, outline_, resolution_);
+  }
+  return coarser_->plan(map, start, goal);
+}
+
+void Planner::Search::forget() {
+  floor_.forget();
+  last_.reset();
+  coarser_.reset();
 }
 
 bool Planner::Search::still_valid(const Path& path, const FloorMap& map, std::size_t from) const {
@@ -352,5 +344,8 @@ bool Planner::still_valid(const Path& path, const FloorMap& map, std::size_t fro
 }
 
 const Masks& Planner::masks() const { return search_->masks(); }
+double Planner::tick() const { return search_->tick(); }
+std::size_t Planner::bytes() const { return search_->bytes(); }
+void Planner::forget() { search_->forget(); }
 
 }  // namespace headway::nav

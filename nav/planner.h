@@ -1,4 +1,4 @@
-// A* over (cell, heading, mode): the cheapest walk, in seconds, that takes the body past every obstacle.
+// The cheapest walk over (cell, heading, mode), in seconds, that takes the body past every obstacle.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,30 +11,10 @@
 #include "nav/gait.h"
 #include "nav/ground.h"
 #include "nav/masks.h"
+#include "nav/path_search.h"
+#include "nav/planner_config.h"
 
 namespace headway::nav {
-
-struct PlannerConfig {
-  UnseenFloor unseen = UnseenFloor::kCostly;
-  double unseen_price = 2.0;  ///< walking time added on unseen floor, as a share of walking straight over it
-  double corridor = 0.15;     ///< half side of the square around the base whose unseen share is priced [m]
-  double near_price = 1.0;    ///< walking time added right beside an obstacle, same unit
-  double near_range = 0.70;   ///< where that price has fallen to nothing, from the base [m]
-  double turn_price = 1.0;    ///< weight of the time that turns take
-  double mode_change = 1.6;   ///< from forward to sideway or back [s]
-  bool start_is_free = true;  ///< the body's own place at the start counts as free, whatever the map says
-
-  /// Throws InputError `planner: key: what, expected what`.
-  void validate() const;
-};
-
-/// The robot stands on the centre of a cell and faces 45 deg * heading.
-struct PathState {
-  Eigen::Vector2i cell{0, 0};
-  int heading = 0;
-  Mode mode = Mode::kForward;
-  bool operator==(const PathState&) const = default;
-};
 
 struct Goal {
   Eigen::Vector2d position{0, 0};  ///< map frame [m]
@@ -63,6 +43,7 @@ enum class NoPath : std::uint8_t {
   kStartBlocked,  ///< outside the map, or no motion is possible
   kGoalBlocked,   ///< the body does not fit there
   kGoalOutside,   ///< the goal is not on the map
+  kTooFar,        ///< there is a way, but a longer one than can be counted
   kEnclosed,      ///< obstacles between start and goal; see `nearest`
 };
 const char* describe(NoPath reason);
@@ -71,13 +52,15 @@ struct PlanResult {
   NoPath reason = NoPath::kNone;
   Path path;                               ///< empty unless reason is kNone
   std::optional<Eigen::Vector2d> nearest;  ///< kEnclosed: the reachable cell centre nearest to the goal [m]
-  std::size_t expansions = 0;              ///< states taken from the open list
+  double bound = 1;                        ///< no path costs less than the found one's cost / bound
+  /// Work done, in chunks of 16 cells and all their states: until a path was known, and in all.
+  std::size_t first_expansions = 0, expansions = 0;
 
   explicit operator bool() const { return reason == NoPath::kNone; }
 };
 
-/// Keeps its buffers between plans: after the first on a map of some size it allocates only the result.
-/// The same inputs give the same path, whatever was planned before.
+/// Keeps its buffers and what it made of the last map: of the next one only the changed cells are worked on.
+/// Where the optimum is found (bound 1), the same inputs give the same path, whatever was planned before.
 class Planner {
  public:
   /// The masks are made for the grid's resolution. Throws InputError on bad configuration.
@@ -87,16 +70,22 @@ class Planner {
   Planner(Planner&&) noexcept;
   Planner& operator=(Planner&&) noexcept;
 
-  /// The cheapest path from a base pose at rest or while walking. Floor outside the map is blocked.
-  /// Cost of one motion, each term rounded to a millisecond: its walking and turning time by the gait, plus,
-  /// for the cell it reaches, near_price * max(0, 1 - d / near_range) and unseen_price * share times the time
-  /// to walk its length straight on (d: centre to the centre of the nearest blocked cell).
+  /// A path from a base pose at rest or while walking: first within 1.0625 of the cheapest, then bettered
+  /// towards it within the configured budget. Floor outside the map is blocked. Cost of one motion, each term
+  /// rounded to a tick: its walking and turning time by the gait, plus, for the cell it leaves, near_price *
+  /// max(0, 1 - d / near_range) and unseen_price * share times the time to walk its length straight on (d:
+  /// centre to the centre of the nearest blocked cell).
   PlanResult plan(const FloorMap& map, const Pose2& start, const Goal& goal);
 
   /// Whether a path's motions from state `from` on are still free on another map of the same grid.
   bool still_valid(const Path& path, const FloorMap& map, std::size_t from = 0) const;
 
   const Masks& masks() const;
+  double tick() const;        ///< the unit of all costs [s]
+  std::size_t bytes() const;  ///< of memory that grows with the map
+
+  /// The next map counts as the first one: what was made of the last is forgotten.
+  void forget();
 
  private:
   class Search;

@@ -7,8 +7,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
-#include "nav/blocked_motions.h"
 #include "nav/ground.h"
+#include "nav/mask_dilation.h"
 #include "nav/turn_room.h"
 #include "tests/nav/cell_set.h"
 #include "tests/nav/random_floor.h"
@@ -134,46 +134,6 @@ TEST(Masks, OfOtherBodiesAndGridsHoldWhatTheyCoverToo) {
 }
 
 TEST(Masks, RefuseAGridTooFineForTheBody) { EXPECT_THROW(Masks(BodyOutline{}, 0.001), InputError); }
-
-TEST(BlockedMotions, AreThoseWhoseMaskMeetsAnObstacle) {
-  const Masks masks(BodyOutline{}, 0.1);
-  MaskDilation dilation(masks);
-  std::vector<std::vector<Vector2i>> offsets;
-  for (int c = 0; c < kConfigurations; ++c) offsets.push_back(cells_of(masks.of(c)).cells());
-  Dice dice(1);
-  int hits = 0;
-  for (int run = 0; run < 150; ++run) {
-    const int width = dice.whole(1, 150), height = dice.whole(1, 40);
-    const bool outside = dice.whole(0, 2) == 0;
-    CellBits bits;
-    bits.reset(width, height, outside);
-    CellSet obstacles(0, 150);
-    std::vector<Vector2i> beside;
-    for (int i = dice.whole(1, 6); i > 0; --i) {
-      const int x = dice.whole(0, width), y = dice.whole(0, height);
-      bits.set(x, y);
-      obstacles.insert({x, y});
-      for (int k = 0; k < 60; ++k) beside.emplace_back(x + dice.whole(-8, 9), y + dice.whole(-8, 9));
-    }
-    BlockedMotions blocked;
-    blocked.reset(width, height);
-    dilation.block(bits, 0, height - 1, blocked);
-    for (const Vector2i& c : beside) {
-      if (c.x() < 0 || c.y() < 0 || c.x() >= width || c.y() >= height) continue;
-      const Motion m{dice.whole(0, kHeadings), dice.whole(0, kMotions)};
-      bool hit = false;
-      for (const Vector2i& offset : offsets[static_cast<std::size_t>(m.configuration())]) {
-        const Vector2i there = c + offset;
-        const bool inside = there.x() >= 0 && there.y() >= 0 && there.x() < width && there.y() < height;
-        hit |= inside ? obstacles.contains(there) : outside;
-      }
-      const auto cell = static_cast<std::size_t>(c.y() * width + c.x());
-      ASSERT_EQ((blocked.at(cell, m.heading) >> m.number & 1) != 0, hit) << "run " << run;
-      hits += hit && !outside;
-    }
-  }
-  EXPECT_GT(hits, 500);
-}
 
 /// Turning HRP-2 by a right angle sweeps the corners of its outline past what neither end would touch.
 TEST(TurnRoom, SeesWhatTheCornersSweepPast) {

@@ -1,0 +1,129 @@
+// What the sweeps of the cost-to-goal work on: the costs, and what of them has changed and is still to be
+// passed on.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "nav/floor_chunks.h"
+#include "nav/motion_costs.h"
+
+namespace headway::nav {
+
+constexpr int kLayers = 2 * kHeadings;  ///< headings in forward mode, then in sideway mode
+constexpr int layer_of(int heading, Mode mode) {
+  return mode == Mode::kForward ? heading : kHeadings + heading;
+}
+
+/// From where to where, in cells.
+struct CostQuery {
+  Eigen::Vector2i start{0, 0}, goal{0, 0};
+  std::array<Ticks, kHeadings> start_cost{};    ///< to turn to each heading at the start; kTooDear: cannot
+  std::array<Ticks, kHeadings> arrival_cost{};  ///< by the heading at the goal; kTooDear: not allowed
+};
+
+struct alignas(64) CostChunk {
+  Ticks cost[kLayers][kChunkCells];
+};
+
+/// Costs of all cells, and one chunk all around them that nobody reaches.
+class CostTable {
+ public:
+  CostTable(int chunks, int height)
+      : stride_(static_cast<std::size_t>(chunks) + 2),
+        chunks_(stride_ * (static_cast<std::size_t>(height) + 2)) {
+    for (CostChunk& c : chunks_) forget(c);
+  }
+  std::size_t index(int y, int i) const {
+    return static_cast<std::size_t>(y + 1) * stride_ + static_cast<std::size_t>(i + 1);
+  }
+  CostChunk& at(int y, int i) { return chunks_[index(y, i)]; }
+  const CostChunk& at(int y, int i) const { return chunks_[index(y, i)]; }
+  CostChunk& operator[](std::size_t index) { return chunks_[index]; }
+  static void forget(CostChunk& c) { std::fill_n(&c.cost[0][0], kLayers * kChunkCells, kTooDear); }
+  std::size_t size() const { return chunks_.size(); }
+
+ private:
+  std::size_t stride_;
+  std::vector<CostChunk> chunks_;
+};
+
+/// For each chunk the least cost in it that changed and has not been passed on yet in some way; kTooDear:
+/// none.
+class Pending {
+ public:
+  Pending(int chunks, int height)
+      : stride_(static_cast<std::size_t>((chunks + kChunkCells - 1) / kChunkCells * kChunkCells)),
+        keys_(stride_ * static_cast<std::size_t>(height), kTooDear),
+        lowest_(static_cast<std::size_t>(height), kTooDear) {}
+
+  void note(int y, int i, Ticks cost) {
+    Ticks& key = row(y)[i];
+    key = std::min(key, cost);
+    lowest(y) = std::min(lowest(y), cost);
+  }
+  /// Whole vectors of chunks; beyond the last one stands kTooDear.
+  Ticks* row(int y) { return keys_.data() + static_cast<std::size_t>(y) * stride_; }
+  int stride() const { return static_cast<int>(stride_); }
+  Ticks& lowest(int y) { return lowest_[static_cast<std::size_t>(y)]; }
+  bool any() const {
+    return std::any_of(lowest_.begin(), lowest_.end(), [](Ticks t) { return t != kTooDear; });
+  }
+  void forget(int y, int i) { row(y)[i] = lowest(y) = kTooDear; }
+  std::size_t bytes() const { return (keys_.size() + lowest_.size()) * sizeof(Ticks); }
+
+ private:
+  std::size_t stride_;
+  std::vector<Ticks> keys_, lowest_;
+};
+
+/// A chunk by its place.
+struct ChunkPlace {
+  std::int32_t y, i;
+};
+
+struct CostSweep {
+  CostSweep(const FloorChunks& floor_, const MotionCosts& costs_)
+      : floor(floor_),
+        costs(costs_),
+        height(floor_.height()),
+        chunks(floor_.chunks()),
+        table(chunks, height),
+        up(chunks, height),
+        down(chunks, height),
+        along(chunks, height),
+        touched(table.size(), 0),
+        asks(static_cast<std::size_t>(chunks) + 2, 0) {}
+
+  const FloorChunks& floor;
+  const MotionCosts& costs;
+  int height, chunks;
+
+  CostTable table;
+  Pending up, down, along;  ///< to the row below (walks up), to the row above (walks down), along the row
+  std::vector<std::uint8_t> touched;  ///< [CostTable::index]
+  std::vector<ChunkPlace> touched_list;
+  std::vector<std::uint8_t> asks;  ///< of the row in hand, from one chunk before it on
+
+  CostQuery query;
+  std::uint32_t threshold = 0;          ///< costs from here on are not passed on yet
+  int weight = 16;                      ///< sixteenths of the optimum that the result may cost
+  std::size_t relaxed = 0, budget = 0;  ///< chunks worked on, and how many may be
+
+  /// What the goal costs from the start, as known so far.
+  Ticks at_start() const;
+  /// Changes are passed on when their cost and the least that the way from the start costs lie below.
+  std::uint32_t bound() const {
+    const auto known = static_cast<std::uint32_t>(at_start());
+    if (known == kTooDear) return threshold;
+    return std::min(threshold, known * 16 / static_cast<std::uint32_t>(weight) + 1);
+  }
+  /// At least so much costs the way from the start to any cell of a chunk.
+  std::uint32_t least_from_start(int y, int i) const;
+};
+
+}  // namespace headway::nav

@@ -1,0 +1,126 @@
+#include "nav/surveyed_floor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace headway::nav {
+
+using Eigen::Vector2i;
+
+namespace {
+
+constexpr int kNoCell = std::numeric_limits<int>::max();
+
+}  // namespace
+
+bool SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
+  const bool other_size = raster_.width != map.grid.width || raster_.height != map.grid.height;
+  if (other_size)
+    begin(map);
+  else
+    compare(map);
+  const CellBox near = view.near_start();
+  look_near(view, near_);
+  look_near(view, near);
+  near_ = near;
+  rework();
+  return other_size;
+}
+
+void SurveyedFloor::begin(const FloorMap& map) {
+  const int width = map.grid.width, height = map.grid.height;
+  map_ = map.cells;
+  ground_.assign(map.cells.size(), Ground::kFree);
+  raster_ = {width, height, ground_.data()};
+  blocked_.reset(width, height, true);
+  tight_.reset(width, height, false);
+  tight_cells_ = 0;
+  near_ = {};
+  chunks_.reset(width, height);
+  changed_.assign(static_cast<std::size_t>(height), {0, width - 1});
+  for (int y = 0; y < height; ++y) take_row(map, y, 0, width - 1);
+}
+
+void SurveyedFloor::compare(const FloorMap& map) {
+  const auto width = static_cast<std::size_t>(raster_.width);
+  for (int y = 0; y < raster_.height; ++y) {
+    const std::size_t begin = static_cast<std::size_t>(y) * width;
+    const Floor *now = map.cells.data() + begin, *old = map_.data() + begin;
+    if (std::memcmp(now, old, width * sizeof(Floor)) == 0) continue;
+    const auto first = std::mismatch(now, now + width, old).first - now;
+    auto last = static_cast<std::ptrdiff_t>(width) - 1;
+    while (now[last] == old[last]) --last;
+    take_row(map, y, static_cast<int>(first), static_cast<int>(last));
+  }
+}
+
+void SurveyedFloor::take_row(const FloorMap& map, int y, int first, int last) {
+  const std::size_t begin = map.grid.index({0, y});
+  for (int x = first; x <= last; ++x) {
+    const std::size_t i = begin + static_cast<std::size_t>(x);
+    map_[i] = map.cells[i];
+    change(x, y, ground_of(map.cells[i], unseen_));
+  }
+}
+
+void SurveyedFloor::change(int x, int y, Ground ground) {
+  Ground& known = ground_[static_cast<std::size_t>(y) * static_cast<std::size_t>(raster_.width) +
+                          static_cast<std::size_t>(x)];
+  if (known == ground) return;
+  tight_cells_ += (ground == Ground::kTight) - (known == Ground::kTight);
+  known = ground;
+  blocked_.set(x, y, ground == Ground::kBlocked);
+  tight_.set(x, y, ground == Ground::kTight);
+  Span& row = changed_[static_cast<std::size_t>(y)];
+  row = {std::min(row.first, x), std::max(row.last, x)};
+}
+
+void SurveyedFloor::look_near(const GroundView& view, const CellBox& box) {
+  for (int y = box.low.y(); y <= box.high.y(); ++y)
+    for (int x = box.low.x(); x <= box.high.x(); ++x) change(x, y, view.at({x, y}));
+}
+
+/// Changed rows that lie near each other are worked on together.
+void SurveyedFloor::rework() {
+  constexpr int kApart = 32;  // rows: about as far as a change reaches
+  CellBox box;
+  const auto finish = [&] {
+    if (box.high.y() >= 0) rework(box);
+    box = CellBox{};
+  };
+  for (int y = 0; y < raster_.height; ++y) {
+    Span& row = changed_[static_cast<std::size_t>(y)];
+    if (row.first > row.last) continue;
+    if (box.high.y() >= 0 && y > box.high.y() + kApart) finish();
+    if (box.high.y() < 0) box = {{row.first, y}, {row.last, y}};
+    box.low.x() = std::min(box.low.x(), row.first);
+    box.high = {std::max(box.high.x(), row.last), y};
+    row = {kNoCell, -1};
+  }
+  finish();
+}
+
+void SurveyedFloor::rework(const CellBox& changed) {
+  const int width = raster_.width, height = raster_.height;
+  const auto column = [&](int x) { return std::clamp(x, 0, width - 1); };
+  const auto row = [&](int y) { return std::clamp(y, 0, height - 1); };
+  const int reach = std::max(dilation_.farthest(), bare_dilation_.farthest());
+  const BlockRange range{row(changed.low.y() - std::max(dilation_.highest(), bare_dilation_.highest())),
+                         row(changed.high.y() - std::min(dilation_.lowest(), bare_dilation_.lowest())),
+                         column(changed.low.x() - reach) / kBlockCells,
+                         column(changed.high.x() + reach) / kBlockCells};
+  dilation_.block(blocked_, range, chunks_);
+  if (tight_cells_ > 0) bare_dilation_.block_more(tight_, range, chunks_);
+  const int far = prices_.reach();
+  prices_.compute(raster_, row(changed.low.y() - far), row(changed.high.y() + far),
+                  column(changed.low.x() - far) / kChunkCells, column(changed.high.x() + far) / kChunkCells,
+                  chunks_);
+}
+
+std::size_t SurveyedFloor::bytes() const {
+  return chunks_.bytes() + map_.size() * sizeof(Floor) + ground_.size() * sizeof(Ground) + blocked_.bytes() +
+         tight_.bytes() + changed_.size() * sizeof(Span);
+}
+
+}  // namespace headway::nav
