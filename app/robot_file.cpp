@@ -86,6 +86,7 @@ void read_gait(const Section& gait, nav::GaitLimits& limits) {
   const auto sole = gait.numbers("sole", 2, {0.05, 0.5, "m"});
   limits.sole_length = sole[0];
   limits.sole_width = sole[1];
+  limits.zmp_margin = gait.number_or("zmp_margin", limits.zmp_margin, {0, 0.1, "m"});
   check(gait, limits);
 }
 

@@ -195,6 +195,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["plans"] = mission.plans;
   report["replans"] = mission.replans;
   report["pauses"] = mission.pauses;
+  report["threats"] = mission.threats;
   report["look_arounds"] = mission.look_arounds;
   report["views"] = session.mission().views_taken();
   report["frames"] = {{"used", frames.frames},

@@ -69,11 +69,7 @@ void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
   limits.nearest_side = std::min(limits.nearest_side, gait.feet_apart - gait.inward - kWire);
   limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
   limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
-  nav::WalkingConfig& walking = control.walking;
-  const double step = 0.05 * std::floor(to_seconds(gait.step_duration) / 0.05 + 1e-6);  // as on the wire
-  walking.shortest_step = std::min(walking.shortest_step, step);
-  walking.preview.window =
-      std::min(walking.preview.window, 2 * walking.shortest_step - walking.double_support);
+  control.walking = nav::walking_config(gait);
 }
 
 /// The seed's two lowest bits draw whether strides are longer or shorter, and to which side steps turn.

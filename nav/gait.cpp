@@ -1,5 +1,6 @@
 #include "nav/gait.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -47,7 +48,18 @@ void GaitLimits::validate() const {
   expect(step_duration >= seconds(0.2) && step_duration <= seconds(1.55), "step_duration",
          to_seconds(step_duration), "0.2 to 1.55 s");
   expect(sole_length > 0 && sole_length <= 0.5, "sole_length", sole_length, "0 to 0.5 m");
+  expect(zmp_margin >= 0 && 2 * zmp_margin < std::min(sole_length, sole_width), "zmp_margin", zmp_margin,
+         "0 m to less than half of the sole");
   expect(sole_width > 0 && sole_width <= 0.3, "sole_width", sole_width, "0 to 0.3 m");
+}
+
+WalkingConfig walking_config(const GaitLimits& limits) {
+  WalkingConfig walking;
+  const double step = 0.05 * std::floor(to_seconds(limits.step_duration) / 0.05 + 1e-6);  // as on the wire
+  walking.shortest_step = std::min(walking.shortest_step, step);
+  walking.preview.window =
+      std::min(walking.preview.window, 2 * walking.shortest_step - walking.double_support);
+  return walking;
 }
 
 bool within_limits(const hal::Footstep& step, const GaitLimits& limits) {

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "hal/footstep.h"
+#include "nav/walking/walking_pattern.h"
 
 namespace headway::nav {
 
@@ -19,6 +20,7 @@ struct GaitLimits {
   double yaw = 5 * std::numbers::pi / 180;  ///< between the feet [rad]
   Duration step_duration = seconds(0.8);
   double sole_length = 0.2172, sole_width = 0.138;  ///< [m], centred on the foot's frame
+  double zmp_margin = 0.01;  ///< of the pattern's ZMP inside the soles, all along a plan [m]
 
   /// The most a step may turn in units of the wire (2 mrad) [rad].
   double yaw_on_the_wire() const;
@@ -30,6 +32,9 @@ struct GaitLimits {
   /// Throws InputError `gait: key: what, expected what` for limits that no step could keep.
   void validate() const;
 };
+
+/// The pattern generator that walks such steps.
+WalkingConfig walking_config(const GaitLimits& limits);
 
 /// Whether a step keeps the limits (to a tenth of a millimetre).
 bool within_limits(const hal::Footstep& step, const GaitLimits& limits);

@@ -41,4 +41,12 @@ bool FloorGate::clear(const nav::Walk& walk, std::size_t from, const nav::FloorM
   return true;
 }
 
+bool FloorGate::hits(std::span<const Pose2> bases, const nav::FloorMap& floor) const {
+  const nav::BodyOutline body = outline_.bare();
+  for (const Pose2& base : bases)
+    for (const auto& cell : nav::body_cells(floor.grid, body, base))
+      if (floor.at(cell) == nav::Floor::kBlocked) return true;
+  return false;
+}
+
 }  // namespace headway::runtime

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "nav/body_outline.h"
@@ -37,6 +38,8 @@ class FloorGate {
              Time now) const;
   /// Whether the body meets no obstacle anywhere along the rest of a walk.
   bool clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
+  /// Whether the body alone would meet an obstacle at one of these bases.
+  bool hits(std::span<const Pose2> bases, const nav::FloorMap& floor) const;
 
  private:
   void check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor, const Pose2& base_now,

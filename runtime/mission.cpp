@@ -55,6 +55,7 @@ Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
     : config_(config),
       planner_(config.planner, config.gait, config.outline, grid),
       gate_(config.gate, config.gait, config.outline),
+      forecaster_(nav::walking_config(config.gait), config.gait.sole_length, config.gait.sole_width),
       refusals_(config.attempts) {
   if (config.next_view)
     next_view_.emplace(nav::Viewer{config.field, config.neck, config.head}, grid.resolution,
@@ -162,6 +163,13 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     return rest(input);
   }
   if (walk_ && !follows(committed)) carry_over(committed);
+  keep_up(committed);
+  if (threatened(input)) {
+    if (walk_) ++counters_.threats;
+    walk_.reset();
+    look_ = gaze(input, {});
+    return rest(input);
+  }
   plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
@@ -222,6 +230,7 @@ bool Mission::at_goal(const nav::Committed& committed) const {
 
 void Mission::plan(const MissionInput& input, const Pose2& start) {
   if (planned_once_ && !config_.replan) return;
+  unstable_.clear();
   const nav::Committed& committed = input.bus.committed;
   const nav::FloorMap& floor = input.mapper.floor();
   last_plan_ = planner_.plan(floor, start, *goal_);
@@ -232,8 +241,52 @@ void Mission::plan(const MissionInput& input, const Pose2& start) {
   }
   nav::Walk candidate =
       nav::place_feet(last_plan_.path, committed.stance, committed.last_foot, floor.grid, config_.gait);
-  if (!walk_ || worth_changing(candidate, committed, floor))
+  if (walk_ && !worth_changing(candidate, committed, floor)) return;
+  if (stable(candidate))
     adopt(last_plan_.path, std::move(candidate), committed);
+  else if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor))
+    walk_.reset();
+}
+
+/// The forecaster takes in what has been committed since the last frame.
+void Mission::keep_up(const nav::Committed& committed) {
+  const bool known = forecast_session_ == committed.session && forecast_from_ <= committed.next_index;
+  const bool told = walk_ && walk_->session == committed.session && walk_->first_index <= forecast_from_;
+  if (!known || (forecast_from_ < committed.next_index && !told) || committed.next_index == 0) {
+    forecaster_.rest_at(committed.stance);
+    forecast_session_ = committed.session;
+    forecast_from_ = committed.next_index;
+    coming_.clear();
+  }
+  for (; forecast_from_ < committed.next_index; ++forecast_from_) {
+    const std::size_t step = forecast_from_ - walk_->first_index;
+    forecaster_.commit(walk_->walk.steps[step]);
+    if (coming_.size() == kStepsToStart) coming_.erase(coming_.begin());
+    coming_.push_back(walk_->walk.bases[step]);
+  }
+}
+
+/// Steps that are committed are walked to their end whatever happens; what stands on them must at least not
+/// be followed by more.
+bool Mission::threatened(const MissionInput& input) const {
+  return !input.bus.committed.at_rest && gate_.hits(coming_, input.mapper.floor());
+}
+
+/// Whether the pattern generator could walk it without tipping.
+bool Mission::stable(const nav::Walk& candidate) {
+  const auto forecast = forecaster_.foresee(candidate.steps);
+  char line[160];
+  if (!forecast)
+    std::snprintf(line, sizeof line, "the walking pattern does not take the planned steps");
+  else if (forecast->margin < config_.gait.zmp_margin)
+    std::snprintf(line, sizeof line,
+                  "the planned steps would tip the robot: in step %zu the ZMP comes to %.0f mm from the "
+                  "sole's edge, expected %.0f mm or more",
+                  forecast->step + 1, 1e3 * forecast->margin, 1e3 * config_.gait.zmp_margin);
+  else
+    return true;
+  unstable_ = line;
+  return false;
 }
 
 bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
@@ -293,6 +346,10 @@ hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const
 }
 
 MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
+  if (!walk_ && !unstable_.empty()) {
+    give_up(unstable_);
+    return rest(input);
+  }
   if (++fruitless_ > 2 * config_.attempts || (!last_plan_ && fruitless_ > 2)) {
     if (!last_plan_) {
       std::string reason = std::string("no way to the goal: ") + nav::describe(last_plan_.reason);

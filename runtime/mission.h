@@ -9,6 +9,7 @@
 #include "nav/footsteps.h"
 #include "nav/next_view.h"
 #include "nav/planner.h"
+#include "nav/walking/forecast.h"
 #include "runtime/floor_gate.h"
 #include "runtime/gaze.h"
 #include "runtime/links.h"
@@ -75,6 +76,7 @@ struct CurrentWalk {
 struct MissionCounters {
   int plans = 0;    ///< searches
   int replans = 0;  ///< plans that changed steps not yet committed
+  int threats = 0;  ///< walks stopped for an obstacle on steps that were committed
   int pauses = 0;   ///< rests on the way to look at the floor
   int look_arounds = 0;
 };
@@ -115,6 +117,9 @@ class Mission {
   void carry_over(const nav::Committed& committed);
   bool worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
                       const nav::FloorMap& floor) const;
+  bool threatened(const MissionInput& input) const;
+  void keep_up(const nav::Committed& committed);
+  bool stable(const nav::Walk& candidate);
   void adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed);
   bool at_goal(const nav::Committed& committed) const;
   MotionOrder held_up(const MissionInput& input, const Gate& gate);
@@ -137,6 +142,11 @@ class Mission {
   Tour tour_;
   hal::HeadAngles look_;
   std::optional<CurrentWalk> walk_;
+  nav::WalkForecaster forecaster_;  ///< has taken in the session's steps before `forecast_from_`
+  std::uint8_t forecast_session_ = 0;
+  std::uint32_t forecast_from_ = 0;
+  std::vector<Pose2> coming_;  ///< where the newest committed steps take the base
+  std::string unstable_;       ///< why the newest plan cannot be walked; empty when it can
   nav::PlanResult last_plan_;
   bool planned_once_ = false;
   std::optional<Time> sight_;  ///< when the last frame came that showed something, or the goal was set

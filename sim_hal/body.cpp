@@ -146,7 +146,7 @@ void Body::judge_balance(double period) {
   polygon_before_ = polygon();
 }
 
-SupportPolygon Body::polygon() const {
+nav::SupportPolygon Body::polygon() const {
   const double length = config_.sole_length, width = config_.sole_width;
   switch (support_) {
     case Support::kLeft:

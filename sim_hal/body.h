@@ -8,9 +8,9 @@
 #include <random>
 
 #include "hal/footstep.h"
+#include "nav/walking/support_polygon.h"
 #include "nav/walking/walking_pattern.h"
 #include "sim_hal/chest.h"
-#include "sim_hal/support_polygon.h"
 
 namespace headway::sim {
 
@@ -65,7 +65,7 @@ class Body {
   Pose2 true_landing(hal::Foot foot, const nav::WalkingSample& command);
   void follow_com(const nav::WalkingSample& command, double period);
   void judge_balance(double period);
-  SupportPolygon polygon() const;
+  nav::SupportPolygon polygon() const;
   nav::FootPose& foot_ref(hal::Foot f) { return f == hal::Foot::kLeft ? left_ : right_; }
   double normal();
 
@@ -82,7 +82,7 @@ class Body {
   Eigen::Vector2d wanted_, com_, com_before_, com_before_that_;
   Eigen::Vector2d zmp_, acceleration_{0, 0};
   double yaw_ = 0;
-  SupportPolygon polygon_before_;
+  nav::SupportPolygon polygon_before_;
   double margin_ = 0, smallest_margin_ = 0, outside_for_ = 0;
   bool fallen_ = false;
   double path_walked_ = 0;

@@ -39,14 +39,25 @@ void WalkingConfig::validate() const {
 WalkingPattern::WalkingPattern(const WalkingConfig& config, const hal::Stance& start)
     : config_((config.validate(), config)),
       control_(config.preview),
-      planned_(start),
-      left_{start.left, 0},
-      right_{start.right, 0},
       double_ticks_(periods(config.double_support, config.preview.period)),
       window_ticks_(config.preview.ticks()),
-      shift_ticks_(static_cast<int>(window_ticks_) + double_ticks_),
-      rest_(start.base().position()) {
-  window_.assign(2 * window_ticks_, rest_);
+      shift_ticks_(static_cast<int>(window_ticks_) + double_ticks_) {
+  window_.resize(2 * window_ticks_);
+  stand_at(start);
+}
+
+void WalkingPattern::stand_at(const hal::Stance& start) noexcept {
+  planned_ = start;
+  planned_left_z_ = planned_right_z_ = 0;
+  left_ = {start.left, 0};
+  right_ = {start.right, 0};
+  phase_ = Phase::kStanding;
+  support_ = Support::kBoth;
+  closed_ = writing_ = false;
+  pushed_ = started_ = landed_ = 0;
+  tick_in_step_ = 0;
+  rest_ = start.base().position();
+  std::fill(window_.begin(), window_.end(), rest_);
   control_.rest_at(rest_);
   sample_.zmp_reference = rest_;
   publish();

@@ -65,6 +65,8 @@ class WalkingPattern {
   };
 
   WalkingPattern(const WalkingConfig& config, const hal::Stance& start);
+  /// As after construction, from another place.
+  void stand_at(const hal::Stance& start) noexcept;
 
   /// Appends a step. False, and nothing done, when the queue is full, the duration is out of bounds, the foot
   /// swung last already, or the walk has been closed.

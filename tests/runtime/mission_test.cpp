@@ -197,6 +197,34 @@ TEST(Mission, ArrivesWhenAllIsWalked) {
   EXPECT_EQ(bench.order.walk, Walk::kStay);
 }
 
+TEST(Mission, WalksNothingThatWouldTipTheRobot) {
+  MissionConfig config = hand_made();
+  config.gait.zmp_margin = 0.068;  // a millimetre around the middle of the sole: no step keeps that
+  Bench bench(config);
+  bench.until_walking(kAhead);
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("would tip the robot: in step "));
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("expected 68 mm or more"));
+  EXPECT_EQ(bench.order.walk, Walk::kStay);
+}
+
+TEST(Mission, StopsForAnObstacleOnStepsThatAreCommitted) {
+  Bench bench;
+  bench.until_walking(kAhead);
+  bench.commit(3);
+  bench.frames(1);
+  ASSERT_EQ(bench.order.walk, Walk::kPlan);
+  EXPECT_EQ(bench.mission.counters().threats, 0);
+  const double there = bench.bus.committed.stance.base().x;
+  bench.boxes = {box(there, there + 0.2, -0.1, 0.1, 1.2)};
+  bench.frames(6);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
+  EXPECT_EQ(bench.mission.counters().threats, 1);
+  bench.frames(3);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
+  EXPECT_EQ(bench.mission.counters().threats, 1);
+}
+
 TEST(Mission, PlansOnFromTheStepsThatAreCommitted) {
   Bench bench;
   bench.until_walking(kAhead);

@@ -1,10 +1,10 @@
-#include "sim_hal/support_polygon.h"
+#include "nav/walking/support_polygon.h"
 
 #include <algorithm>
 #include <limits>
 #include <span>
 
-namespace headway::sim {
+namespace headway::nav {
 namespace {
 
 using Eigen::Vector2d;
@@ -55,4 +55,4 @@ double SupportPolygon::margin(const Vector2d& point) const {
   return smallest;
 }
 
-}  // namespace headway::sim
+}  // namespace headway::nav

@@ -7,7 +7,7 @@
 
 #include "hal/pose2.h"
 
-namespace headway::sim {
+namespace headway::nav {
 
 class SupportPolygon {
  public:
@@ -26,4 +26,4 @@ class SupportPolygon {
   std::size_t size_ = 0;
 };
 
-}  // namespace headway::sim
+}  // namespace headway::nav
