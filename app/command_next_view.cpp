@@ -8,7 +8,7 @@
 
 #include "app/commands.h"
 #include "app/finite_range.h"
-#include "app/map_file.h"
+#include "app/floor_source.h"
 #include "app/map_view.h"
 #include "app/output_folder.h"
 #include "app/pictures.h"
@@ -50,18 +50,10 @@ nav::NextViewConfig config_of(const Robot& robot, const Options& options) {
   return config;
 }
 
-/// The file's map with room around the robot.
-nav::VoxelMap map_around(const Robot& robot, const Pose2& base, const fs::path& file) {
-  nav::VoxelMapConfig like = robot.mapper.voxels;
-  like.lowest << base.position().array() - robot.map_margin, robot.map_height.x();
-  like.highest << base.position().array() + robot.map_margin, robot.map_height.y();
-  return read_map(file, like);
-}
-
 Question ask(const Options& options) {
   Robot robot = read_robot(options.robot);
   const Pose2 base{options.at[0], options.at[1], options.at.size() > 2 ? options.at[2] * kDegree : 0};
-  nav::VoxelMap map = map_around(robot, base, options.map);
+  nav::VoxelMap map = read_map_around(options.map, robot, base);
   nav::FloorMap floor = nav::floor_map(map, robot.mapper.floor);
   Question q{std::move(robot), std::move(map), std::move(floor), base, {}, {}, {}, {}};
   q.head = runtime::limited({options.head[0] * kDegree, options.head[1] * kDegree}, q.robot.mission.head);

@@ -21,6 +21,7 @@ using Run = std::function<int()>;
 void add_sim(CLI::App& app, Run& run);
 void add_campaign(CLI::App& app, Run& run);
 void add_map(CLI::App& app, Run& run);
+void add_plan(CLI::App& app, Run& run);
 void add_next_view(CLI::App& app, Run& run);
 void add_reconstruct(CLI::App& app, Run& run);
 void add_characterise(CLI::App& app, Run& run);

@@ -265,6 +265,8 @@ std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
   add(layers.goal.has_value(), kGoal, "goal", Shape::kDot);
   add(layers.robot.has_value(), kRobot, "robot", Shape::kFrame);
   add(!layers.path.empty(), colours::kPath, "path", Shape::kLine);
+  add(!layers.waist.empty(), colours::kPurple, "waist", Shape::kLine);
+  add(!layers.zmp.empty(), colours::kInk, "ZMP", Shape::kLine);
   add(!layers.bodies.empty(), mixed(kFree, kBody, 0.4), "body mask", Shape::kPatch);
   add(foot(hal::Foot::kLeft, true), colours::kLeftFoot, "left, committed", Shape::kPatch);
   add(foot(hal::Foot::kRight, true), colours::kRightFoot, "right, committed", Shape::kPatch);
@@ -291,6 +293,8 @@ cv::Mat floor_picture(const nav::FloorMap& floor, const FloorLayers& layers,
   for (const Line& line : layers.obstacles) plan.line(line, true, kTruth, 2);
   plan.line(layers.path, false, colours::kPath, 3);
   draw_feet(layers, plan);
+  plan.line(layers.waist, false, colours::kPurple, 2);
+  plan.line(layers.zmp, false, colours::kInk, 1);
   plan.line(layers.believed_trail, false, kBelieved, 5);  // shows on both sides where the two agree
   plan.line(layers.trail, false, kTrail, 2);
   draw_marks(layers, plan);

@@ -43,7 +43,8 @@ struct FootPrint {
 struct FloorLayers {
   std::vector<Eigen::Vector2d> path;  ///< polyline
   std::vector<FootPrint> feet;
-  std::vector<Pose2> bodies;  ///< base poses: the body's outline with its clearance there
+  std::vector<Eigen::Vector2d> zmp, waist;  ///< along a walk
+  std::vector<Pose2> bodies;                ///< base poses: the body's outline with its clearance there
   nav::BodyOutline outline;
   nav::GaitLimits gait;                                 ///< for the size of the soles
   std::vector<Eigen::Vector2d> trail, believed_trail;   ///< of the true base, and of the chest by odometry

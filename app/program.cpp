@@ -75,6 +75,7 @@ int run_program(int argc, const char* const* argv) {
   add_sim(program, run);
   add_campaign(program, run);
   add_map(program, run);
+  add_plan(program, run);
   add_next_view(program, run);
   add_reconstruct(program, run);
   add_characterise(program, run);

@@ -57,11 +57,11 @@ void WalkForecaster::Run::judge(const WalkingSample& sample) {
           ? SupportPolygon(sample.left.pose, sample.right.pose, sole_length_, sole_width_)
           : SupportPolygon(sample.support == Support::kLeft ? sample.left.pose : sample.right.pose,
                            sole_length_, sole_width_);
-  const double margin = support.margin(sample.zmp);
-  if (margin >= worst_.margin) return;
+  margin_ = support.margin(sample.zmp);
+  if (margin_ >= worst_.margin) return;
   const std::uint32_t under_way = pattern_.started();
   const bool settling = pattern_.phase() != WalkingPattern::Phase::kWalking;
-  worst_ = {margin, settling ? steps_.size() : under_way > before_ ? under_way - before_ - 1 : 0};
+  worst_ = {margin_, settling ? steps_.size() : under_way > before_ ? under_way - before_ - 1 : 0};
 }
 
 std::optional<Forecast> WalkForecaster::Run::result() const {

@@ -33,15 +33,16 @@ class WalkForecaster {
   bool commit(const hal::Footstep& step) noexcept;
 
   /// The walk from now on over the committed steps and `steps` to rest. `visit` gets the WalkingSample of
-  /// each period: com and yaw tell where the waist is. Nothing when the pattern takes one of the steps not.
+  /// each period (com and yaw tell where the waist is) and how far the ZMP is inside the support polygon [m].
+  /// Nothing when the pattern does not take one of the steps.
   template <class Visit>
   std::optional<Forecast> foresee(std::span<const hal::Footstep> steps, const Visit& visit) const {
     Run run(*this, steps);
-    while (const WalkingSample* sample = run.tick()) visit(*sample);
+    while (const WalkingSample* sample = run.tick()) visit(*sample, run.margin());
     return run.result();
   }
   std::optional<Forecast> foresee(std::span<const hal::Footstep> steps) const {
-    return foresee(steps, [](const WalkingSample&) {});
+    return foresee(steps, [](const WalkingSample&, double) {});
   }
 
  private:
@@ -50,6 +51,7 @@ class WalkForecaster {
     Run(const WalkForecaster& from, std::span<const hal::Footstep> steps);
     /// The next period; nothing when the robot rests, or a step was not taken.
     const WalkingSample* tick();
+    double margin() const { return margin_; }
     std::optional<Forecast> result() const;
 
    private:
@@ -62,6 +64,7 @@ class WalkForecaster {
     std::uint32_t before_;  ///< steps committed by then
     std::size_t fed_ = 0;
     bool refused_ = false;
+    double margin_ = 0;
     Forecast worst_;
   };
 

@@ -71,8 +71,11 @@ RC_GTEST_PROP(WalkForecaster, ForeseesTheWalkThatIsWalkedWhateverIsCommittedByTh
   forecaster.rest_at(start);
   for (std::size_t i = 0; i < committed; ++i) RC_ASSERT(forecaster.commit(steps[i]));
   std::vector<WalkingSample> seen;
-  const auto forecast = forecaster.foresee(std::span(steps).subspan(committed),
-                                           [&](const WalkingSample& s) { seen.push_back(s); });
+  const auto forecast =
+      forecaster.foresee(std::span(steps).subspan(committed), [&](const WalkingSample& s, double margin) {
+        seen.push_back(s);
+        RC_ASSERT(margin == margin_of(s));
+      });
   RC_ASSERT(forecast.has_value());
   RC_ASSERT(seen.size() <= truth.size());
   // A walk that is committed to its end is foreseen from the step before its last two on.
