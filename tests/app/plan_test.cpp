@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/floor_svg.h"
 #include "nav/floor_files.h"
+#include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
@@ -38,18 +39,13 @@ class PlanCommand : public testing::Test {
     return run(std::move(more));
   }
   int run(std::vector<std::string> more) {
-    std::vector<std::string> arguments{"headway", "plan",
-                                       "--robot", (source_dir() / "config/hrp2/robot.yaml").string(),
-                                       "--out",   (folder_ / "out").string()};
+    std::vector<std::string> arguments{"plan", "--robot", (source_dir() / "config/hrp2/robot.yaml").string(),
+                                       "--out", (folder_ / "out").string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    std::vector<const char*> argv;
-    for (const std::string& a : arguments) argv.push_back(a.c_str());
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
-    const int code = run_program(static_cast<int>(argv.size()), argv.data());
-    said_ = testing::internal::GetCapturedStdout();
-    complaint_ = testing::internal::GetCapturedStderr();
-    return code;
+    const test::Outcome outcome = test::run_headway(arguments);
+    said_ = outcome.said;
+    complaint_ = outcome.error;
+    return outcome.code;
   }
   nlohmann::json report() { return nlohmann::json::parse(read_text(folder_ / "out/report.json")); }
   TemporaryFolder folder_;

@@ -74,7 +74,7 @@ TEST(MovingAiFile, SaysWhatIsWrongAndWhere) {
 
 TEST(MovingAiFile, ReadsABenchmarksMap) {
   const char* data = std::getenv("HEADWAY_DATA");
-  if (data == nullptr) GTEST_SKIP() << "HEADWAY_DATA is not set";
+  if (data == nullptr) GTEST_SKIP() << "HEADWAY_DATA is not set: no Moving AI maps";
   const std::string file = std::string(data) + "/maps/cities_Berlin_0_512.map";
   const FloorMap floor = read_moving_ai(file, 0.05);
   EXPECT_EQ(floor.grid.width, 512);
