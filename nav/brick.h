@@ -21,6 +21,8 @@ inline constexpr double kUnit = 0.05;     ///< natural log-odds per unit
 inline constexpr LogOdds kUnseen = -128;  ///< never updated
 inline constexpr LogOdds kLowest = -40, kHighest = 70;
 inline constexpr LogOdds kHit = 17, kMiss = -8;
+/// What a miss leaves of an older past before it counts: whatever has gone is empty after three of them.
+inline constexpr LogOdds kMostBeforeMiss = -3 * kMiss - 1;
 inline constexpr LogOdds kOccupied =
     0;  ///< from here on a voxel counts as occupied, as in OctoMap (p >= 0.5)
 }  // namespace log_odds

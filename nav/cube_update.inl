@@ -137,7 +137,8 @@ HWY_INLINE int evidence(const Sweep& s, int depth, SampleWord word) {
 HWY_INLINE void add(LogOdds& value, int evidence, BrickChange& change) {
   if (evidence == 0) return;
   const LogOdds old = value;
-  const int sum = (old == log_odds::kUnseen ? 0 : old) + evidence;
+  const int known = old == log_odds::kUnseen ? 0 : old;
+  const int sum = (evidence < 0 ? std::min<int>(known, log_odds::kMostBeforeMiss) : known) + evidence;
   value = static_cast<LogOdds>(std::clamp<int>(sum, log_odds::kLowest, log_odds::kHighest));
   if (value == old) return;
   change.changed = true;
@@ -263,7 +264,9 @@ HWY_INLINE void add(LogOdds* values, V8 evidence, BrickChange& change) {
   const V8 old = hn::LoadU(d8, values);
   const auto was_unseen = hn::Eq(old, unseen_value);
   const auto none = hn::Eq(evidence, zero);
-  V8 sum = hn::SaturatedAdd(hn::IfThenZeroElse(was_unseen, old), evidence);
+  const V8 known = hn::IfThenZeroElse(was_unseen, old);
+  const V8 before_miss = hn::Min(known, set8(log_odds::kMostBeforeMiss));
+  V8 sum = hn::SaturatedAdd(hn::IfThenElse(hn::Lt(evidence, zero), before_miss, known), evidence);
   sum = hn::Max(hn::Min(sum, set8(log_odds::kHighest)), set8(log_odds::kLowest));
   sum = hn::IfThenElse(none, old, sum);
   if (hn::AllTrue(d8, hn::Eq(sum, old))) return;

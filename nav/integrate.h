@@ -6,8 +6,9 @@
 //
 // Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
-// voxel occupied and is undone by three views that see it empty (-8 each); a voxel long known empty (-40)
-// needs three hits, one long known occupied (+70) nine misses, to change sides.
+// voxel occupied. Three views in a row that see a voxel empty undo whatever was known: a miss (-8) leaves
+// little of an older past, so that what has gone does not linger, and one wrong view empties no wall. A voxel
+// long known empty (-40) needs three hits to change sides.
 #pragma once
 
 #include <Eigen/Geometry>
