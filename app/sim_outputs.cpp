@@ -12,6 +12,7 @@
 #include "app/map_view.h"
 #include "app/pictures.h"
 #include "app/sight_report.h"
+#include "app/whole_map.h"
 #include "nav/explored.h"
 #include "nav/octomap_files.h"
 #include "sim_hal/render.h"
@@ -22,6 +23,7 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array<std::size_t, 3> kViewsShown{1, 5, 9};
+constexpr std::size_t kMostShown = 64'000'000;  // voxels of the picture of the whole map, a byte each
 
 double ms(Duration d) { return to_seconds(d) * 1e3; }
 
@@ -379,9 +381,14 @@ void SimOutputs::write(const SimOutcome& outcome, OutputFolder& folder) {
   figures.goal = session_.goal().position;
   figures.feet = layers.feet;
   figures.gait = layers.gait;
-  save("map", map_view(mapper.voxels(), bird_view(mapper.voxels(), view), view, figures));
+  const nav::ColdMap known = mapper.everything();
+  nav::VoxelMapConfig window = mapper.voxels().config();
+  window.lowest = mapper.voxels().lowest();
+  window.highest = mapper.voxels().highest();
+  const nav::VoxelMap whole = whole_map_within(known, window, kMostShown);
+  save("map", map_view(whole, bird_view(whole, view), view, figures));
 
-  nav::write_bt(mapper.everything(), folder.file("map.bt"));
+  nav::write_bt(known, folder.file("map.bt"));
   write_floor(mapper.floor(), folder);
   cloud_.write(folder.file("cloud.ply"));
   write_json(folder.file("timing.json"), {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},
