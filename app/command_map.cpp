@@ -372,7 +372,12 @@ void add_map(CLI::App& app, Run& run) {
       ->type_name("NAME");
   add_map_convert(*command, run);
   command->callback([options, command, sequence, out, &run] {
-    if (!command->get_subcommands().empty()) return;
+    if (!command->get_subcommands().empty()) {
+      for (const CLI::Option* option : command->get_options())
+        if (!option->empty() && option != command->get_help_ptr())
+          throw CLI::ExcludesError(option->get_name(), command->get_subcommands().front()->get_name());
+      return;
+    }
     for (const CLI::Option* option : {sequence, out}) {
       if (option->empty()) throw CLI::RequiredError(option->get_name());
     }

@@ -161,6 +161,7 @@ TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
   EXPECT_TRUE(refuses({"--fly"}, "'--fly' is no command"));
   EXPECT_TRUE(refuses({"rig"}, "rig: no command, expected one of: convert; see 'headway rig --help'"));
   EXPECT_TRUE(refuses({"map"}, "map: --sequence is required; see 'headway map --help'"));
+  EXPECT_TRUE(refuses({"map", "--near", "1", "convert", "a.ot", "b.ot"}, "--near excludes convert"));
   EXPECT_TRUE(refuses({"rig", "convert"}, "rig convert: from is required; see 'headway rig convert --help'"));
   EXPECT_TRUE(refuses({"sim"}, "sim: world is required; see 'headway sim --help'"));
   EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"},
