@@ -198,8 +198,4 @@ Walk place_feet(const Path& path, const hal::Stance& from, std::optional<hal::Fo
   });
 }
 
-Walk close_feet(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait) {
-  return with_better_foot(from, last_foot, gait, [](Feet& feet) { feet.close(); });
-}
-
 }  // namespace headway::nav

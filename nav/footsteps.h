@@ -28,7 +28,4 @@ Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, c
 Walk place_feet(const Path& path, const hal::Stance& from, std::optional<hal::Foot> last_foot,
                 const FloorGrid& grid, const GaitLimits& gait);
 
-/// Steps that only bring the feet together where they are (none when they are parallel).
-Walk close_feet(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait);
-
 }  // namespace headway::nav

@@ -65,7 +65,6 @@ class Planner::Search {
   Search& operator=(const Search&) = delete;
 
   PlanResult plan(const FloorMap& map, const Pose2& start, const Goal& goal);
-  bool still_valid(const Path& path, const FloorMap& map, std::size_t from) const;
   const Masks& masks() const { return masks_; }
   double tick() const { return costs_.tick; }
   std::size_t bytes() const { return floor_.bytes() + (search_ ? search_->to_goal().bytes() : 0); }
@@ -306,24 +305,6 @@ void Planner::Search::forget() {
   coarser_.reset();
 }
 
-bool Planner::Search::still_valid(const Path& path, const FloorMap& map, std::size_t from) const {
-  if (path.states.empty()) return false;
-  const GroundView ground = view(map, path.start);
-  const auto turns = [&](const Vector2d& place, double a, double b) {
-    return TurnRoom(ground, outline_, place).can_turn(a, b);
-  };
-  const bool moves = path.states.size() > 1;
-  if (!moves) return !path.end_yaw || turns(path.start.position(), path.start.yaw, *path.end_yaw);
-  const double first = heading_angle(path.states.front().heading);
-  if (from == 0 && !turns(path.start.position(), path.start.yaw, first)) return false;
-  for (std::size_t i = from + 1; i < path.states.size(); ++i) {
-    const auto motion = motion_between(path.states[i - 1], path.states[i]);
-    if (!motion) continue;
-    if (ground.blocks(path.states[i - 1].cell, masks_.of(*motion), bare_masks_.of(*motion))) return false;
-  }
-  return !path.end_yaw || turns(path.end, heading_angle(path.states.back().heading), *path.end_yaw);
-}
-
 Planner::Planner(const PlannerConfig& config, const GaitLimits& gait, const BodyOutline& outline,
                  const FloorGrid& grid) {
   config.validate();
@@ -337,10 +318,6 @@ Planner& Planner::operator=(Planner&&) noexcept = default;
 
 PlanResult Planner::plan(const FloorMap& map, const Pose2& start, const Goal& goal) {
   return search_->plan(map, start, goal);
-}
-
-bool Planner::still_valid(const Path& path, const FloorMap& map, std::size_t from) const {
-  return search_->still_valid(path, map, from);
 }
 
 const Masks& Planner::masks() const { return search_->masks(); }

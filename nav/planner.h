@@ -77,9 +77,6 @@ class Planner {
   /// centre to the centre of the nearest blocked cell).
   PlanResult plan(const FloorMap& map, const Pose2& start, const Goal& goal);
 
-  /// Whether a path's motions from state `from` on are still free on another map of the same grid.
-  bool still_valid(const Path& path, const FloorMap& map, std::size_t from = 0) const;
-
   const Masks& masks() const;
   double tick() const;        ///< the unit of all costs [s]
   std::size_t bytes() const;  ///< of memory that grows with the map

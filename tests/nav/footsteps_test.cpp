@@ -243,18 +243,6 @@ TEST(Footsteps, BeginSidewaysWithTheOuterFoot) {
   }
 }
 
-TEST(Footsteps, CloseTheFeetWhereTheyStand) {
-  const GaitLimits gait;
-  EXPECT_TRUE(close_feet(Stance::parallel({1, 2, 3}, gait.feet_apart), {}, gait).steps.empty());
-  Dice dice(2);
-  for (int run = 0; run < 200; ++run) {
-    const Standing standing = some_standing(dice, {1, 2, 3}, gait);
-    const Walk walk = close_feet(standing.stance, standing.last_foot, gait);
-    check_walk(walk, standing, gait);
-    EXPECT_LE(walk.steps.size(), standing.last_foot ? 1u : 1u) << "run " << run;
-  }
-}
-
 TEST(GaitLimits, RefuseWhatNoRobotCouldDo) {
   GaitLimits{}.validate();
   const auto message = [](const GaitLimits& g) {
