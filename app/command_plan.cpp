@@ -26,6 +26,7 @@ struct Options {
   std::vector<double> from, to;
   std::string unseen;
   double cell = 0.05;
+  bool near = false;
 };
 
 void choose_unseen(const std::string& how, nav::PlannerConfig& planner) {
@@ -49,6 +50,7 @@ int run(const Options& options) {
   const Pose2 start{options.from[0], options.from[1],
                     options.from.size() > 2 ? wrap_angle(options.from[2] * kDegree) : 0};
   nav::Goal goal{{options.to[0], options.to[1]}, std::nullopt};
+  goal.near = options.near;
   if (options.to.size() > 2) goal.yaw = wrap_angle(options.to[2] * kDegree);
   const nav::FloorMap floor = read_floor(options.map, robot, start, options.cell);
   check_on(floor.grid, "--from", start.position());
@@ -72,6 +74,8 @@ int run(const Options& options) {
     fmt::print("{}\n", why);
     return kNotReached;
   }
+  if (const std::string shortfall = nav::describe_shortfall(walk.plan, goal); !shortfall.empty())
+    fmt::print("{}\n", shortfall);
   fmt::print("{} steps, {:.1f} s of walking; planned in {:.1f} ms\n", walk.walk.steps.size(),
              static_cast<double>(walk.margin.size()) * walk.period, ms);
   return kSuccess;
@@ -99,6 +103,9 @@ void add_plan(CLI::App& app, Run& run_command) {
   };
   place("--from", options->from, "X,Y[,YAW]: where the robot stands [m, deg]");
   place("--to", options->to, "X,Y[,YAW]: where it is to go [m, deg]; without YAW it may face anywhere");
+  command->add_flag(
+      "--near", options->near,
+      "Where no way leads there, go to the reachable place nearest to it (straight over the floor)");
   command->add_option("--out", options->out, kOutHelp)->required()->type_name("DIR");
   command->add_option("--robot", options->robot, "Robot file")->type_name("FILE")->capture_default_str();
   command->add_option("--unseen", options->unseen, "What floor is that nobody has seen; default: the robot's")

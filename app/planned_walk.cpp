@@ -98,6 +98,10 @@ Json report_of(const PlannedWalk& walk, const Robot& robot, const nav::FloorGrid
   if (walk.plan.nearest) json["nearest"] = {rounded(walk.plan.nearest->x()), rounded(walk.plan.nearest->y())};
   if (!walk.plan) return json;
   const nav::Path& path = walk.plan.path;
+  if (walk.plan.short_of_goal != nav::NoPath::kNone) {
+    json["short_of_goal_m"] = rounded((path.end - walk.goal.position).norm());
+    json["shortfall"] = nav::describe_shortfall(walk.plan, walk.goal);
+  }
   json["end"] = {rounded(path.end.x()), rounded(path.end.y())};
   json["cost_s"] = rounded(path.cost_s, 3);
   json["cost"] = cost_row(path.cost);

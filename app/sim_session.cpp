@@ -38,6 +38,7 @@ void check_goal(const nav::Goal& goal, const sim::World& world, const nav::Floor
                     "{:.2f} of {:.2f} and y within {:.2f} of {:.2f}",
                     from, p.x(), p.y(), world.name, world.floor.size.x() / 2, world.floor.centre.x(),
                     world.floor.size.y() / 2, world.floor.centre.y()));
+  if (goal.near) return;
   if (const sim::Thing* thing = sim::obstacle_at(world, p, floor.floor_tolerance, floor.body_height))
     throw InputError(
         fmt::format("{}: ({:.2f}, {:.2f}) lies in an obstacle ({}) of world '{}', expected free "
@@ -55,6 +56,7 @@ nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions&
     goal = *options.goal;
   else
     goal = {world.goal->position, world.goal->yaw};
+  goal.near = options.near;
   check_goal(goal, world, robot.mapper.floor, options.goal ? "--goal" : "goal");
   return goal;
 }
@@ -295,8 +297,9 @@ SimOutcome SimSession::judge(std::string end) const {
   const Pose2 base = body_.stance().base();
   out.goal_error = (base.position() - goal_.position).norm();
   if (goal_.yaw) out.goal_yaw_error = std::abs(wrap_angle(base.yaw - *goal_.yaw));
-  out.arrived =
-      out.end == "arrived" && out.goal_error <= kArrivedWithin && out.goal_yaw_error <= kArrivedWithinYaw;
+  if (out.end == "arrived") out.short_of_goal = mission_.short_of_goal();
+  out.arrived = out.end == "arrived" && out.goal_error <= out.short_of_goal + kArrivedWithin &&
+                out.goal_yaw_error <= kArrivedWithinYaw;
   if (out.end == "arrived" && !out.arrived) {
     out.end = "missed";
     out.reason = fmt::format("believes to be at the goal, and is {:.2f} m and {:.1f} degrees off it",

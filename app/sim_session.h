@@ -34,12 +34,14 @@ struct SimOptions {
   bool exact_feet = false;           ///< feet land where they should, and odometry without drift is the truth
   std::optional<double> tilt_error;  ///< of the head, instead of the robot file's [rad]
   std::optional<nav::Goal> goal;     ///< instead of the world's
+  bool near = false;                 ///< where no way leads to the goal, as near as it gets will do
   std::uint64_t seed = 1;            ///< of all noise in the simulated robot
   Duration longest = seconds(400);   ///< simulated time after which a run is given up
 };
 
-/// How near the true base must be to the goal to have arrived: what a person would call being there. The
-/// mission's own tolerances are tighter, for it knows the truth by odometry only.
+/// How near the true base must be to the goal (or to the place nearest to it, when that will do) to have
+/// arrived: what a person would call being there. The mission's own tolerances are tighter, for it knows the
+/// truth by odometry only.
 constexpr double kArrivedWithin = 0.10;     ///< [m]
 constexpr double kArrivedWithinYaw = 0.10;  ///< [rad], where a yaw is wished
 
@@ -52,6 +54,7 @@ struct SimOutcome {
   std::string end;
   std::string reason;         ///< why it stopped, for people
   double goal_error = 0;      ///< true distance of the base from the goal [m]
+  double short_of_goal = 0;   ///< how far from it the nearest place lies, where no way leads to it [m]
   double goal_yaw_error = 0;  ///< [rad]; 0 without a wished yaw
   double odometry_error = 0;  ///< true base against where odometry has it [m]
   double map_error = 0;       ///< and against where it is believed to be in the map [m]

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -49,6 +51,15 @@ const char* describe(NoPath reason) {
   return "";
 }
 
+std::string describe_shortfall(const PlanResult& result, const Goal& goal) {
+  if (!result || result.short_of_goal == NoPath::kNone) return {};
+  const Vector2d& end = result.path.end;
+  char line[160];
+  std::snprintf(line, sizeof line, "as near as it gets, (%.2f, %.2f), %.2f m from the goal: %s", end.x(),
+                end.y(), (end - goal.position).norm(), describe(result.short_of_goal));
+  return line;
+}
+
 class Planner::Search {
  public:
   Search(const PlannerConfig& config, const GaitLimits& gait, const BodyOutline& outline, double resolution)
@@ -84,6 +95,10 @@ class Planner::Search {
   }
   bool stands(const GroundView& ground, const Vector2i& cell, int heading) const;
   std::optional<End> choose_end(const GroundView& ground, const Goal& goal);
+  std::optional<End> nearest_end(const GroundView& ground, const Pose2& start, const Goal& goal);
+  PlanResult plan_to(const FloorMap& map, const GroundView& ground, const Pose2& start, const Goal& goal);
+  PlanResult go(const FloorMap& map, const GroundView& ground, const Pose2& start, const End& end);
+  void survey(const FloorMap& map, const GroundView& ground);
   bool can_end(const GroundView& ground, const Vector2i& cell, const End& end);
   bool stays(const GroundView& ground, const Pose2& start, const End& end) const;
   Path stay(const FloorGrid& grid, const Pose2& start, const End& end) const;
@@ -151,6 +166,36 @@ std::optional<Planner::Search::End> Planner::Search::choose_end(const GroundView
   return std::nullopt;
 }
 
+/// The middle of the reachable cell nearest to the goal where the robot can come to rest, facing as wished;
+/// of equally near ones the first in the map.
+std::optional<Planner::Search::End> Planner::Search::nearest_end(const GroundView& ground, const Pose2& start,
+                                                                 const Goal& goal) {
+  const FloorGrid& grid = ground.grid();
+  const auto reached =
+      reachable_headings(floor_.chunks(), grid.cell(start.position()), list_starts(ground, start));
+  const auto cell_at = [&](std::size_t i) {
+    const auto width = static_cast<std::size_t>(grid.width);
+    return Vector2i(static_cast<int>(i % width), static_cast<int>(i / width));
+  };
+  std::vector<std::pair<double, std::size_t>> places;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    if (reached[i] != 0) places.emplace_back((grid.centre(cell_at(i)) - goal.position).norm(), i);
+  }
+  if (places.size() <= 1) return std::nullopt;  // it cannot move
+  const auto farther = std::greater<>();
+  std::make_heap(places.begin(), places.end(), farther);
+  for (auto end = places.end(); end != places.begin(); --end) {
+    std::pop_heap(places.begin(), end, farther);
+    const std::size_t i = (end - 1)->second;
+    const Vector2i cell = cell_at(i);
+    const End place{grid.centre(cell), goal.yaw};
+    if (!can_end(ground, cell, place)) continue;
+    for (int h = 0; h < kHeadings; ++h)
+      if ((reached[i] >> h & 1) && query_.arrival_cost[static_cast<std::size_t>(h)] != kTooDear) return place;
+  }
+  return std::nullopt;
+}
+
 /// Already there, or only to turn.
 bool Planner::Search::stays(const GroundView& ground, const Pose2& start, const End& end) const {
   if (ground.grid().cell(start.position()) != ground.grid().cell(end.position)) return false;
@@ -191,9 +236,13 @@ std::uint32_t Planner::Search::expected_cost() const {
   return last_->cost + last_->cost / 16 + kDetour * costs_.least[0];
 }
 
+/// Brings what is known of the floor up to date.
+void Planner::Search::survey(const FloorMap& map, const GroundView& ground) {
+  if (floor_.update(map, ground) || !search_) search_.emplace(floor_.chunks(), costs_);
+}
+
 PlanResult Planner::Search::search(const FloorMap& map, const Pose2& start, const End& end,
                                    unsigned headings) {
-  if (floor_.update(map, view(map, start)) || !search_) search_.emplace(floor_.chunks(), costs_);
   query_.start = map.grid.cell(start.position());
   query_.goal = map.grid.cell(end.position);
   auto found = search_->run(query_, config_.budget, expected_cost());
@@ -271,32 +320,55 @@ PathCost Planner::Search::shares(const Path& path) const {
 }
 
 PlanResult Planner::Search::plan(const FloorMap& map, const Pose2& start, const Goal& goal) {
+  const GroundView ground = view(map, start);
+  PlanResult result = plan_to(map, ground, start, goal);
+  const bool no_way = result.reason == NoPath::kGoalBlocked || result.reason == NoPath::kGoalOutside ||
+                      result.reason == NoPath::kEnclosed;
+  if (!goal.near || !no_way) return result;
+  survey(map, ground);
+  const std::optional<End> end = nearest_end(ground, start, goal);
+  if (!end) return result;
+  PlanResult near = go(map, ground, start, *end);
+  near.short_of_goal = result.reason;
+  return near;
+}
+
+PlanResult Planner::Search::plan_to(const FloorMap& map, const GroundView& ground, const Pose2& start,
+                                    const Goal& goal) {
   const auto no = [](NoPath reason) {
     PlanResult result;
     result.reason = reason;
     return result;
   };
   const FloorGrid& grid = map.grid;
-  if (!grid.contains(grid.cell(goal.position))) return no(NoPath::kGoalOutside);
   if (!grid.contains(grid.cell(start.position()))) return no(NoPath::kStartBlocked);
-  const GroundView ground = view(map, start);
+  if (!grid.contains(grid.cell(goal.position))) return no(NoPath::kGoalOutside);
   const std::optional<End> end = choose_end(ground, goal);
-  if (!end) return no(NoPath::kGoalBlocked);
+  return end ? go(map, ground, start, *end) : no(NoPath::kGoalBlocked);
+}
+
+/// To an end that can_end() was asked about last.
+PlanResult Planner::Search::go(const FloorMap& map, const GroundView& ground, const Pose2& start,
+                               const End& end) {
   PlanResult result;
-  if (stays(ground, start, *end)) {
-    result.path = stay(grid, start, *end);
+  if (stays(ground, start, end)) {
+    result.path = stay(map.grid, start, end);
     return result;
   }
   const unsigned headings = list_starts(ground, start);
-  if (headings == 0) return no(NoPath::kStartBlocked);
-  result = search(map, start, *end, headings);
+  if (headings == 0) {
+    result.reason = NoPath::kStartBlocked;
+    return result;
+  }
+  survey(map, ground);
+  result = search(map, start, end, headings);
   if (result.reason != NoPath::kTooFar || config_.ticks_per_cell == 1) return result;
   if (!coarser_) {
     PlannerConfig coarser = config_;
     coarser.ticks_per_cell /= 2;
     coarser_ = std::make_unique<Search>(coarser, gait_, outline_, resolution_);
   }
-  return coarser_->plan(map, start, goal);
+  return coarser_->plan(map, start, {end.position, end.yaw});
 }
 
 void Planner::Search::forget() {

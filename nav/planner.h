@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "nav/body_outline.h"
@@ -20,6 +21,9 @@ struct Goal {
   Eigen::Vector2d position{0, 0};  ///< map frame [m]
   std::optional<double> yaw;       ///< [rad]; nothing: as it arrives
   double tolerance = 0.10;  ///< where the body does not fit the position, a place this near will do [m]
+  /// Where no way leads there: the reachable place nearest to it will do, measured straight over the floor
+  /// from the position to the centre of the cell under the base.
+  bool near = false;
 };
 
 /// Seconds of walking, by what they are spent on.
@@ -51,6 +55,7 @@ const char* describe(NoPath reason);
 struct PlanResult {
   NoPath reason = NoPath::kNone;
   Path path;                               ///< empty unless reason is kNone
+  NoPath short_of_goal = NoPath::kNone;    ///< why the path leads only as near as it gets (Goal::near)
   std::optional<Eigen::Vector2d> nearest;  ///< kEnclosed: the reachable cell centre nearest to the goal [m]
   double bound = 1;                        ///< no path costs less than the found one's cost / bound
   /// Work done, in chunks of 16 cells and all their states: until a path was known, and in all.
@@ -58,6 +63,9 @@ struct PlanResult {
 
   explicit operator bool() const { return reason == NoPath::kNone; }
 };
+
+/// For people: how near a path comes that falls short of the goal, and why; empty for any other.
+std::string describe_shortfall(const PlanResult& result, const Goal& goal);
 
 /// Keeps its buffers and what it made of the last map: of the next one only the changed cells are worked on.
 /// Where the optimum is found (bound 1), the same inputs give the same path, whatever was planned before.

@@ -173,6 +173,7 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
+    reason_ = nav::describe_shortfall(last_plan_, *goal_);
     return rest(input);
   }
   Gate gate;
@@ -217,6 +218,11 @@ void Mission::carry_over(const nav::Committed& committed) {
   walk.stances.erase(walk.stances.begin(), walk.stances.begin() + done);
   walk_->session = committed.session;
   walk_->first_index = committed.next_index;
+}
+
+double Mission::short_of_goal() const {
+  if (!goal_ || !last_plan_ || last_plan_.short_of_goal == nav::NoPath::kNone) return 0;
+  return (last_plan_.path.end - goal_->position).norm();
 }
 
 bool Mission::at_goal(const nav::Committed& committed) const {
@@ -293,6 +299,8 @@ bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& c
                              const nav::FloorMap& floor) const {
   const std::size_t done = done_steps(committed);
   if (!gate_.clear(walk_->walk, done, floor)) return true;
+  const auto to_go = [&](const nav::Path& path) { return (path.end - goal_->position).norm(); };
+  if (goal_->near && to_go(last_plan_.path) + config_.goal_tolerance < to_go(walk_->path)) return true;
   const auto left = static_cast<int>(walk_->walk.steps.size() - done);
   return static_cast<int>(candidate.steps.size()) + config_.fewer_steps < left;
 }

@@ -94,7 +94,10 @@ class Mission {
   MotionOrder update(const MissionInput& input);
 
   MissionState state() const { return state_; }
+  /// Why it stopped; or, where it arrived only near the goal, how near and why.
   const std::string& reason() const { return reason_; }
+  /// How far from the goal the place lies that the newest plan leads to; 0 where it leads to the goal [m].
+  double short_of_goal() const;
   bool over() const { return state_ == MissionState::kArrived || state_ == MissionState::kStopped; }
   const std::optional<nav::Goal>& goal() const { return goal_; }
   const std::optional<CurrentWalk>& walk() const { return walk_; }

@@ -86,6 +86,22 @@ TEST_F(PlanCommand, SaysWhyThereIsNoWay) {
   EXPECT_FALSE(r.contains("steps"));
 }
 
+TEST_F(PlanCommand, GoesAsNearAsItGetsWhenThatWillDo) {
+  nav::FloorMap floor = hall();
+  wall(floor, 1.5);
+  ASSERT_EQ(run(floor, {"--from", "0,0", "--to", "3,1", "--near"}), kSuccess) << said_ << complaint_;
+  EXPECT_THAT(said_, HasSubstr("m from the goal: obstacles close every way to the goal"));
+  const auto r = report();
+  EXPECT_TRUE(r["found"]);
+  const double x = r["end"][0], y = r["end"][1];
+  EXPECT_LT(x, 1.5);
+  EXPECT_GT(x, 1.1);
+  EXPECT_NEAR(r["short_of_goal_m"].get<double>(), std::hypot(3 - x, 1 - y), 2e-3);
+  EXPECT_NEAR(r["steps"].back()["lands_at"][0].get<double>(), x, 0.15);
+  ASSERT_EQ(run(floor, {"--from", "0,0", "--to", "1,1", "--near"}), kSuccess);
+  EXPECT_FALSE(report().contains("short_of_goal_m")) << "a goal that can be reached is";
+}
+
 TEST_F(PlanCommand, AsksWhatUnseenFloorIs) {
   nav::FloorMap floor = hall();
   for (int x = 40; x < 60; ++x)

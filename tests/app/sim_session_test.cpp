@@ -211,6 +211,33 @@ TEST(SimSession, StaysWhereItIsWhenThereIsNoWayAndSaysWhy) {
   EXPECT_LT(outcome.walked, 0.01);
 }
 
+TEST(SimSessionSlow, WalksAsNearAsItGetsWhenThatWillDo) {
+  SimOptions options = range_mode();
+  options.near = true;
+  SimSession session(hrp2(), world("blocked"), options);
+  const SimOutcome outcome = session.run();
+  ASSERT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  EXPECT_GT(outcome.walked, 1.5);
+  // The chamber's walls are 1.05 and 1.1 m from the goal; beside them the body wants 0.28 m or more.
+  EXPECT_GT(outcome.short_of_goal, 1.25);
+  EXPECT_LT(outcome.short_of_goal, 1.55);
+  EXPECT_NEAR(outcome.goal_error, outcome.short_of_goal, kArrivedWithin);
+  EXPECT_NE(outcome.reason.find("as near as it gets"), std::string::npos) << outcome.reason;
+  EXPECT_EQ(sim_report(session, outcome)["short_of_goal_m"], std::round(outcome.short_of_goal * 1e4) / 1e4);
+}
+
+TEST(SimSessionSlow, WalksUpToAnObstacleThatTheGoalLiesIn) {
+  SimOptions options = range_mode();
+  options.goal = nav::Goal{{-0.6, -1.7}, std::nullopt};  // in the carton
+  EXPECT_THROW(SimSession(hrp2(), world("blocked"), options), InputError);
+  options.near = true;
+  SimSession session(hrp2(), world("blocked"), options);
+  const SimOutcome outcome = session.run();
+  ASSERT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  EXPECT_GT(outcome.short_of_goal, 0.4);
+  EXPECT_LT(outcome.short_of_goal, 0.9);
+}
+
 TEST(SimSessionSlow, GivesTheSameReportForTheSameSeed) {
   const auto report = [](std::uint64_t seed) {
     SimSession session(hrp2(), empty_room(), range_mode(seed));

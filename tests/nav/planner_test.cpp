@@ -222,6 +222,64 @@ TEST(Planner, TakesTheNearestPlaceWithinToleranceWhenTheGoalIsTooTight) {
   EXPECT_LE((result.path.end - wish).norm(), 0.15);
 }
 
+/// The least distance from a goal to the centre of a cell to which the textbook finds a way.
+double nearest_by_trial(const FloorMap& map, const PlannerConfig& config, const Masks& masks,
+                        const Pose2& start, const Vector2d& goal) {
+  TextbookSearch textbook(map, config, {}, masks);
+  std::vector<Vector2d> places;
+  for (int y = 0; y < map.grid.height; ++y)
+    for (int x = 0; x < map.grid.width; ++x) places.push_back(map.grid.centre({x, y}));
+  const auto distance = [&](const Vector2d& place) { return (place - goal).norm(); };
+  std::sort(places.begin(), places.end(),
+            [&](const Vector2d& a, const Vector2d& b) { return distance(a) < distance(b); });
+  const auto first = std::find_if(places.begin(), places.end(), [&](const Vector2d& place) {
+    return textbook.cost(start, {place, std::nullopt, 0}) != TextbookSearch::kNoWay;
+  });
+  return first == places.end() ? std::numeric_limits<double>::infinity() : distance(*first);
+}
+
+TEST(Planner, GoesToTheReachablePlaceNearestToTheGoalWhenThatWillDo) {
+  Dice dice(31);
+  int near = 0, there = 0;
+  for (int run = 0; run < 40; ++run) {
+    const FloorMap map = random_floor(40, 30, 0.05, dice);
+    PlannerConfig config;
+    config.start_is_free = false;
+    const auto place = some_open_place(map, dice);
+    if (!place) continue;
+    const Pose2 start{place->x(), place->y(), dice.real(-4, 4)};
+    Goal goal{some_place(map, dice), std::nullopt, 0, true};
+    if (run % 4 == 0) goal.position += Vector2d(0, 3);  // outside of the map
+    Planner planner(config, {}, kSmallBody, map.grid);
+    const PlanResult result = planner.plan(map, start, goal);
+    if (!result) continue;
+    goal.near = false;
+    const PlanResult strict = planner.plan(map, start, goal);
+    ASSERT_EQ(result.short_of_goal, strict.reason) << "run " << run;
+    ++(strict ? there : near);
+    const double least = strict ? (strict.path.end - goal.position).norm()
+                                : nearest_by_trial(map, config, planner.masks(), start, goal.position);
+    ASSERT_NEAR((result.path.end - goal.position).norm(), least, 1e-9) << "run " << run;
+    if (result.path.states.size() > 1) walk_again(result.path, map, config, planner.masks());
+  }
+  EXPECT_GT(near, 8);
+  EXPECT_GT(there, 4);
+}
+
+TEST(Planner, ComesNearFacingAsWished) {
+  FloorMap map = room();
+  fill(map, {80, 0}, {80, 139}, Floor::kBlocked);
+  Planner planner({}, {}, {}, map.grid);
+  const Vector2d from = at(map, 2.025, 3.475), to = at(map, 5, 3.5);
+  for (const double yaw : {0.0, 1.5708, -2.4}) {
+    const PlanResult result = planner.plan(map, {from.x(), from.y(), 0}, {to, yaw, 0.1, true});
+    ASSERT_TRUE(result) << describe(result.reason);
+    EXPECT_EQ(result.short_of_goal, NoPath::kEnclosed);
+    EXPECT_EQ(result.path.end_yaw, yaw);
+    EXPECT_LT(result.path.end.x(), at(map, 3.8, 0).x());
+  }
+}
+
 TEST(Planner, LeavesAPlaceWhereSomethingCameTooNear) {
   FloorMap map = room();
   const Vector2d from = at(map, 4, 3.5);
