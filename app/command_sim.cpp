@@ -20,7 +20,7 @@ namespace {
 struct Options {
   std::filesystem::path world, out, robot = default_robot_file();
   std::vector<double> goal;
-  std::string matcher;
+  std::string matcher, execution;
   std::uint64_t seed = 0;
   bool near = false, no_replan = false, range = false, exact_feet = false;
   double longest = 400;
@@ -44,6 +44,8 @@ int run(const Options& options) {
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;
   sim.exact_feet = options.exact_feet;
+  if (options.execution == "steps") sim.execution = nav::Execution::kSteps;
+  if (options.execution == "orders") sim.execution = nav::Execution::kOrders;
   options.odometry.apply_to(sim);
   if (options.tilt_error) sim.tilt_error = *options.tilt_error * std::numbers::pi / 180;
   sim.seed = options.seed ? options.seed : world.seed;
@@ -91,6 +93,13 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->check(finite_in(-500, 500));
   command->add_flag("--near", options->near,
                     "Where no way leads to the goal, walk to the reachable place nearest to it");
+  command
+      ->add_option(
+          "--execution", options->execution,
+          "How the way is told to the control computer: each footstep (steps), or whole motions whose "
+          "feet it places itself (orders); default: the robot's")
+      ->check(CLI::IsMember({"steps", "orders"}))
+      ->type_name("NAME");
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
   command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")
       ->check(seed_number())

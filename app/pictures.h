@@ -14,8 +14,8 @@
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
 #include "nav/footsteps.h"
-#include "nav/gait.h"
 #include "nav/planner.h"
+#include "nav/walking/gait.h"
 #include "vision/range_view.h"
 
 namespace headway::app {

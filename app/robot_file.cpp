@@ -160,6 +160,8 @@ std::optional<vision::FieldAngles> read_mission(const Section& mission, Robot& r
   config.gate.blind_radius = mission.number("blind_radius", {0, 3, "m"});
   config.look_distance = mission.number("look_distance", {0.2, 5, "m"});
   config.goal_tolerance = mission.number("goal_tolerance", {0.01, 1, "m"});
+  if (mission.choice_or("execution", "steps", {"steps", "orders"}) == "orders")
+    config.execution = nav::Execution::kOrders;
   if (mission.choice_or("look_around", "gain", {"gain", "viewpoints"}) == "gain") {
     nav::NextViewConfig& next = config.next_view.emplace();
     next.space = {-robot.mapper.voxels.floor_band, robot.mapper.floor.body_height};

@@ -245,6 +245,9 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
                                 {"state", name(event.state)},
                                 {"x", rounded(event.base.x, 3)},
                                 {"y", rounded(event.base.y, 3)}});
+  report["orders"] = std::count_if(session.steps().begin(), session.steps().end(), [](const auto& record) {
+    return record.step.order && record.step.order->place == 0;
+  });
   report["steps"] = Json::array();
   for (const auto& step : session.steps()) report["steps"].push_back(step_row(step));
   return report;

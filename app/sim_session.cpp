@@ -72,6 +72,7 @@ void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
   limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
   limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
   control.walking = nav::walking_config(gait);
+  control.gait = gait;
 }
 
 /// The seed's two lowest bits draw whether strides are longer or shorter, and to which side steps turn.
@@ -162,6 +163,7 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& opti
 runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& options) {
   runtime::MissionConfig config = robot.mission;
   config.replan = options.replan;
+  if (options.execution) config.execution = *options.execution;
   return config;
 }
 

@@ -18,6 +18,8 @@ static_assert(static_cast<int>(StepReject::kState) ==
               static_cast<int>(bus::WalkStatus::RejectReason::kState));
 static_assert(static_cast<int>(WalkRequest::kAbort) == static_cast<int>(bus::WalkControl::Request::kAbort));
 static_assert(static_cast<int>(hal::Foot::kRight) == static_cast<int>(bus::StepCommand::Foot::kRight));
+static_assert(static_cast<int>(hal::WalkOrder::Kind::kNextStep) ==
+              static_cast<int>(bus::WalkOrder::Kind::kNextStep));
 static_assert(hal::kNoStep == bus::WalkStatus::kSeqAcceptedNone &&
               hal::kNoStep == bus::WalkStatus::kSeqExecutingNone);
 
@@ -34,6 +36,22 @@ bus::StepCommand command_of(std::uint8_t session, const hal::NumberedStep& s) no
           .dtheta = s.step.landing.yaw,
           .duration = to_seconds(s.step.duration),
           .dz = s.step.dz};
+}
+
+bus::WalkOrder order_of(std::uint8_t session, std::uint32_t index, const hal::WalkOrder& order) noexcept {
+  return {.kind = static_cast<bus::WalkOrder::Kind>(order.kind),
+          .session = session,
+          .seq = hal::wire_number(index),
+          .x = order.x,
+          .y = order.y,
+          .theta = order.turn};
+}
+
+/// What travels for a step: itself, its order, or nothing where the order is on its way already.
+bool travels(const hal::NumberedStep& s) noexcept { return !s.order || s.order->place == 0; }
+
+std::optional<hal::CanFrame> frame_of(std::uint8_t session, const hal::NumberedStep& s) noexcept {
+  return s.order ? order_of(session, s.index, s.order->order).pack() : command_of(session, s).pack();
 }
 
 Eigen::Isometry3d pose_of(const bus::ChestXY& xy, const bus::ChestZRot& r) noexcept {
@@ -61,6 +79,7 @@ CanWalker::CanWalker(hal::CanBus& bus, const WalkerConfig& config) noexcept
     : bus_(bus),
       config_(config),
       step_protector_(bus::StepCommand::kDataId),
+      order_protector_(bus::WalkOrder::kDataId),
       control_protector_(bus::WalkControl::kDataId),
       status_checker_(bus::WalkStatus::kDataId),
       xy_checker_(bus::ChestXY::kDataId),
@@ -143,8 +162,9 @@ bool CanWalker::send(std::uint8_t session, const hal::NumberedStep& step) noexce
   }
   const bool begins = session != session_;
   if (step.index != (begins ? 0 : next_index_) || (!begins && (ended_ || queued_ == kSlots))) return false;
-  const bus::StepCommand command = command_of(session, step);
-  if (!command.pack()) return false;
+  if (!travels(step) && (begins || !goes_on(*step.order))) return false;
+  const auto frame = frame_of(session, step);
+  if (!frame) return false;
   if (begins) {
     session_ = session;
     queued_ = 0;
@@ -152,9 +172,18 @@ bool CanWalker::send(std::uint8_t session, const hal::NumberedStep& step) noexce
     ended_ = false;
     step_sent_.reset();
   }
-  slots_[(first_slot_ + queued_++) % kSlots] = command;
+  part_ = step.order;
+  if (travels(step))
+    slots_[(first_slot_ + queued_++) % kSlots] = {step.index, *frame};
+  else
+    control_changed_ = true;  // releases it
   next_index_ = step.index + 1;
   return true;
+}
+
+/// The next step of the order that the step before is part of.
+bool CanWalker::goes_on(const hal::PartOfOrder& part) const noexcept {
+  return part_ && part_->order == part.order && part_->place + 1 == part.place;
 }
 
 void CanWalker::match_answer() noexcept {
@@ -165,13 +194,15 @@ void CanWalker::match_answer() noexcept {
   }
   taken_up_ = true;
   if (queued_ == 0 || !step_sent_) return;
-  const std::uint8_t asked = slots_[first_slot_].seq;
-  if (status_.accepted == asked) {
+  const Slot& asked = slots_[first_slot_];
+  const auto newest = accepted();
+  if (newest && *newest >= asked.index) {
+    control_changed_ = control_changed_ || asked.is_order();  // releases its steps
     first_slot_ = (first_slot_ + 1) % kSlots;
     --queued_;
     step_sent_.reset();
-  } else if (status_.rejected == asked && status_.reject_reason != StepReject::kNone &&
-             status_.reject_reason != StepReject::kFull) {
+  } else if (status_.rejected == hal::wire_number(asked.index) &&
+             status_.reject_reason != StepReject::kNone && status_.reject_reason != StepReject::kFull) {
     end_session();  // a full queue passes; every other reason is final, for nothing sent is ever replaced
   }
 }
@@ -185,7 +216,24 @@ void CanWalker::end_session() noexcept {
 void CanWalker::send_step(Time now) noexcept {
   if (queued_ == 0 || !taken_up_ || health_ == WalkerHealth::kLost || status_.queue_free == 0) return;
   if (step_sent_ && now - *step_sent_ < config_.step_repeat) return;
-  if (send_protected(bus_, step_protector_, *slots_[first_slot_].pack())) step_sent_ = now;
+  const Slot& next = slots_[first_slot_];
+  // Its first step must be the next to be accepted.
+  if (next.is_order() && next.index != (accepted() ? *accepted() + 1 : 0)) return;
+  if (send_protected(bus_, next.is_order() ? order_protector_ : step_protector_, next.frame))
+    step_sent_ = now;
+}
+
+/// The newest step of the session that was accepted.
+std::optional<std::uint32_t> CanWalker::accepted() const noexcept {
+  if (next_index_ == 0 || status_.session != session_) return std::nullopt;
+  return hal::unwrapped(status_.accepted, next_index_ - 1);
+}
+
+/// The newest step handed over, but none of an order still unanswered.
+std::uint8_t CanWalker::last_released() const noexcept {
+  const bool held = queued_ > 0 && slots_[first_slot_].is_order();
+  const std::uint32_t released = held ? slots_[first_slot_].index : next_index_;
+  return hal::wire_number(released + hal::kStepNumbers - 1);
 }
 
 // --- the walk ---
@@ -204,7 +252,7 @@ void CanWalker::send_control(Time now) noexcept {
   const bus::WalkControl message{
       .request = static_cast<bus::WalkControl::Request>(request_),
       .session = control_session_,
-      .last_seq = hal::wire_number(has_steps ? next_index_ - 1 : hal::kStepNumbers - 1),
+      .last_seq = has_steps ? last_released() : hal::wire_number(hal::kStepNumbers - 1),
       .map_age = std::clamp(to_seconds(map_age_), 0.0, kOldestMap)};
   if (!send_protected(bus_, control_protector_, *message.pack())) return;
   control_changed_ ? control_cadence_.restart(now) : control_cadence_.done(now);

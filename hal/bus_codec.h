@@ -257,7 +257,9 @@ struct WalkControl {
   Request request = Request::kNone;
   /// 1..15, or 0 for none; a new one while standing, with request Walk, begins a walk; 0..15
   std::uint8_t session = 0;
-  std::uint8_t last_seq = 0;  ///< number of the newest step sent in this session; 63 before the first; 0..63
+  /// number of the newest step sent in this session, or of the newest that may be walked of an order;
+  /// 63 before the first; 0..63
+  std::uint8_t last_seq = 0;
   /// age of the map that the newest steps rest on; the largest value means that or older; 0..65.535,
   /// in steps of 0.001 [s]
   double map_age = 0;
@@ -303,8 +305,9 @@ struct WalkControl {
   static constexpr Field kFieldMapAge{32, 16, false, 0, 65535};
 };
 
-/// VIS_WalkOrder 0x122: A whole motion for a control computer that places the feet itself. Repeated until
-/// accepted.
+/// VIS_WalkOrder 0x122: A whole motion for a control computer that places the feet itself: several steps,
+/// numbered like others. Repeated until its first step is accepted or rejected; LastSeq of
+/// VIS_WalkControl releases the others.
 struct WalkOrder {
   static constexpr std::uint32_t kId = 0x122;
   static constexpr std::uint8_t kDlc = 8;
@@ -330,7 +333,7 @@ struct WalkOrder {
   std::uint8_t counter = 0;  ///< 0..14
   Kind kind = Kind::kStraightWithTurn;
   std::uint8_t session = 0;  ///< 0..15
-  std::uint8_t seq = 0;  ///< 0..63
+  std::uint8_t seq = 0;  ///< number of its first step within the session, modulo 64; 0..63
   /// target, or centre of the arc, in the base frame at its start; -8.192..8.19, in steps of 0.002 [m]
   double x = 0;
   /// target, or centre of the arc, in the base frame at its start; -8.192..8.19, in steps of 0.002 [m]

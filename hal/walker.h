@@ -4,10 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 
 #include "hal/can_bus.h"
 #include "hal/footstep.h"
 #include "hal/time.h"
+#include "hal/walk_order.h"
 
 namespace headway::hal {
 
@@ -52,6 +54,7 @@ struct WalkStatus {
 struct NumberedStep {
   std::uint32_t index = 0;
   Footstep step;
+  std::optional<PartOfOrder> order{};  ///< that it is part of; nothing when the step itself travels
 };
 
 enum class WalkerHealth : std::uint8_t {
@@ -70,7 +73,8 @@ struct ChestSample {
 class Walker : public BusNode {
  public:
   /// Hands over one committed step of the session; repeated on the wire until accepted or rejected. False,
-  /// and nothing done, while the step before is still unanswered and its slots are full.
+  /// and nothing done, while the step before is still unanswered and its slots are full. Of an order's steps
+  /// the first sends the order, the others release the next step of it.
   virtual bool send(std::uint8_t session, const NumberedStep& step) noexcept = 0;
   /// What is asked of the walk from now on, and the age of the map it rests on (cyclic on the wire).
   virtual void control(WalkRequest request, std::uint8_t session, Duration map_age) noexcept = 0;

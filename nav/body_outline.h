@@ -7,7 +7,7 @@
 
 #include "hal/pose2.h"
 #include "nav/floor_map.h"
-#include "nav/gait.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 

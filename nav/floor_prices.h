@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "nav/floor_chunks.h"
-#include "nav/gait.h"
 #include "nav/ground.h"
 #include "nav/planner_config.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/path_legs.h"
+
 namespace headway::nav {
 
 namespace {
@@ -14,36 +16,6 @@ constexpr double kGoalSlack = 0.005;   // the last one this far short of the goa
 constexpr double kSettleSlack = 0.01;  // off the goal by more than this costs steps of its own [m]
 constexpr double kYawSlack = 1.5e-3;   // rounding of the wire [rad]
 constexpr std::size_t kTooMany = 20000;
-
-/// A stretch of the path: the robot faces `yaw` and goes to `to`.
-struct Leg {
-  Vector2d from, to;
-  double yaw = 0, direction = 0;  ///< [rad]
-  bool sideway = false;
-};
-
-std::vector<Leg> legs_of(const Path& path, const FloorGrid& grid) {
-  std::vector<Leg> legs;
-  for (std::size_t i = 1; i < path.states.size(); ++i) {
-    const PathState &a = path.states[i - 1], &b = path.states[i];
-    if (a.cell == b.cell) continue;
-    const Vector2d way = (b.cell - a.cell).cast<double>();
-    const Leg leg{grid.centre(a.cell), grid.centre(b.cell), heading_angle(b.heading),
-                  std::atan2(way.y(), way.x()), b.mode == Mode::kSideway};
-    const bool goes_on = !legs.empty() && legs.back().yaw == leg.yaw &&
-                         legs.back().direction == leg.direction && legs.back().sideway == leg.sideway;
-    if (goes_on) {
-      legs.back().to = leg.to;
-    } else {
-      legs.push_back(leg);
-    }
-  }
-  if (!legs.empty()) {
-    legs.front().from = path.start.position();
-    legs.back().to = path.end;
-  }
-  return legs;
-}
 
 double side_of(hal::Foot foot) { return foot == hal::Foot::kLeft ? 1 : -1; }
 Vector2d unit(double angle) { return {std::cos(angle), std::sin(angle)}; }
@@ -166,36 +138,23 @@ class Feet {
   Walk walk_;
 };
 
-/// The fewest steps, whichever foot begins; the left one where it makes no difference.
-template <class Go>
-Walk with_better_foot(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait,
-                      const Go& go) {
-  const auto beginning_with = [&](hal::Foot first) {
-    Feet feet(from, first, gait);
-    go(feet);
-    return feet.take();
-  };
-  if (last_foot) return beginning_with(hal::other(*last_foot));
-  Walk left = beginning_with(hal::Foot::kLeft), right = beginning_with(hal::Foot::kRight);
-  return right.steps.size() < left.steps.size() ? right : left;
-}
-
 }  // namespace
-
-Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait) {
-  if (!last_foot) return stance.base();
-  return stance.at(*last_foot) * Pose2{0, -side_of(*last_foot) * gait.feet_apart / 2, 0};
-}
 
 Walk place_feet(const Path& path, const hal::Stance& from, std::optional<hal::Foot> last_foot,
                 const FloorGrid& grid, const GaitLimits& gait) {
   const std::vector<Leg> legs = legs_of(path, grid);
-  return with_better_foot(from, last_foot, gait, [&](Feet& feet) {
+  const auto beginning_with = [&](hal::Foot first) {
+    Feet feet(from, first, gait);
     for (std::size_t i = 0; i < legs.size(); ++i) feet.walk(legs[i], i + 1 == legs.size());
     if (!path.states.empty()) feet.settle(path.end);
     if (path.end_yaw) feet.turn_to(*path.end_yaw, feet.base().position(), kYawSlack);
     feet.close();
-  });
+    return feet.take();
+  };
+  if (last_foot) return beginning_with(hal::other(*last_foot));
+  // The fewest steps, whichever foot begins; the left one where it makes no difference.
+  Walk left = beginning_with(hal::Foot::kLeft), right = beginning_with(hal::Foot::kRight);
+  return right.steps.size() < left.steps.size() ? right : left;
 }
 
 }  // namespace headway::nav

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "hal/footstep.h"
-#include "nav/gait.h"
+#include "hal/walk_order.h"
 #include "nav/planner.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 
@@ -15,11 +16,8 @@ struct Walk {
   std::vector<hal::Footstep> steps;
   std::vector<hal::Stance> stances;  ///< after each step
   std::vector<Pose2> bases;          ///< carried by the foot that each step lands: where the body goes next
+  std::vector<hal::PartOfOrder> orders;  ///< that each step belongs to; empty where steps travel themselves
 };
-
-/// The base as carried by the foot that landed last (the planner's start while walking); at rest, the base
-/// midway between the feet.
-Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait);
 
 /// Steps along a path, from the stance after the committed steps. `last_foot`: the foot that lands last in
 /// it, so the other one swings next; nothing when at rest, then the better foot begins. The path's start

@@ -4,9 +4,9 @@
 #include <array>
 #include <cstdint>
 
-#include "nav/gait.h"
 #include "nav/masks.h"
 #include "nav/planner_config.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 

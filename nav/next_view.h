@@ -10,10 +10,10 @@
 #include "hal/head_kinematics.h"
 #include "hal/pose2.h"
 #include "nav/floor_map.h"
-#include "nav/gait.h"
 #include "nav/planner.h"
 #include "nav/view_gain.h"
 #include "nav/voxel_map.h"
+#include "nav/walking/gait.h"
 #include "vision/polytope.h"
 
 namespace headway::nav {

@@ -9,11 +9,11 @@
 
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
-#include "nav/gait.h"
 #include "nav/ground.h"
 #include "nav/masks.h"
 #include "nav/path_search.h"
 #include "nav/planner_config.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 

@@ -27,6 +27,7 @@ bool StepStack::begin(std::uint8_t session, const hal::Stance& stance) noexcept 
   committed_.next_index = 0;
   committed_.stance = stance;
   committed_.last_foot.reset();
+  committed_.part.reset();
   committed_.stopping = false;
   committed_.why = StackStop::kNone;
   return true;
@@ -85,11 +86,13 @@ void StepStack::forget_from(std::int64_t index) noexcept {
   if (index == 0) {
     committed_.stance = first_stance_;
     committed_.last_foot.reset();
+    committed_.part.reset();
     return;
   }
   const Landed& last = landed_[static_cast<std::size_t>(index - 1) % kRemembered];
   committed_.stance = last.stance;
   committed_.last_foot = last.foot;
+  committed_.part = last.part;
 }
 
 void StepStack::come_to_rest() noexcept {
@@ -147,6 +150,12 @@ const hal::Footstep* StepStack::next_step() const noexcept {
   return place < static_cast<std::uint32_t>(plan_.count) ? &plan_.steps[place] : nullptr;
 }
 
+/// The order that the next step is part of.
+std::optional<hal::PartOfOrder> StepStack::next_part() const noexcept {
+  if (next_step() == nullptr || !plan_.in_orders) return std::nullopt;
+  return plan_.orders[committed_.next_index - plan_.first_index];
+}
+
 bool StepStack::plan_ends() const noexcept { return has_plan_ && plan_.complete && next_step() == nullptr; }
 
 /// The next step can no longer be sent in time.
@@ -180,7 +189,7 @@ std::optional<hal::NumberedStep> StepStack::due(Time now, const hal::WalkStatus&
   const hal::Footstep* step = next_step();
   if (step == nullptr || !fresh(now)) return std::nullopt;
   due_ = true;
-  return hal::NumberedStep{committed_.next_index, *step};
+  return hal::NumberedStep{committed_.next_index, *step, next_part()};
 }
 
 void StepStack::sent(Time now) noexcept {
@@ -190,9 +199,10 @@ void StepStack::sent(Time now) noexcept {
   if (committed_.next_index == 0) first_sent_ = now;
   committed_.stance = committed_.stance.after(*step);
   committed_.last_foot = step->foot;
+  committed_.part = next_part();
   committed_.newest_frame = plan_.newest_frame;
   committed_.at_rest = false;
-  landed_[committed_.next_index % kRemembered] = {committed_.stance, step->foot};
+  landed_[committed_.next_index % kRemembered] = {committed_.stance, step->foot, committed_.part};
   ++committed_.next_index;
 }
 

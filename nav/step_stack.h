@@ -18,6 +18,8 @@ struct StepPlan {
   std::uint8_t session = 0;
   std::uint32_t first_index = 0;  ///< number of steps[0] in the session's walk
   std::array<hal::Footstep, kMost> steps{};
+  std::array<hal::PartOfOrder, kMost> orders{};  ///< that the steps belong to, if `in_orders`
+  bool in_orders = false;                        ///< else the steps themselves travel
   int count = 0;
   bool complete = false;  ///< the last step ends the walk; otherwise more is to follow
   Time newest_frame{};    ///< exposure of the newest frame that the plan rests on
@@ -59,11 +61,12 @@ struct Committed {
   std::uint32_t next_index = 0;  ///< the first step that may still change
   hal::Stance stance;            ///< after all committed steps
   std::optional<hal::Foot>
-      last_foot;          ///< the last one to land in it; nothing before the first step, and at rest
-  bool stopping = false;  ///< nothing more is committed in this session
-  StackStop why = StackStop::kNone;  ///< kNone too once the last step of a complete plan is committed
-  bool at_rest = true;               ///< no committed step is left to walk
-  Time newest_frame{};               ///< of the plan of the last committed step
+      last_foot;  ///< the last one to land in it; nothing before the first step, and at rest
+  std::optional<hal::PartOfOrder> part;  ///< the order that the last committed step is part of, if of any
+  bool stopping = false;                 ///< nothing more is committed in this session
+  StackStop why = StackStop::kNone;      ///< kNone too once the last step of a complete plan is committed
+  bool at_rest = true;                   ///< no committed step is left to walk
+  Time newest_frame{};                   ///< of the plan of the last committed step
   std::uint32_t taken = 0, late = 0, refused = 0;  ///< plans, since the program began
 };
 
@@ -104,6 +107,7 @@ class StepStack {
   struct Landed {
     hal::Stance stance;
     hal::Foot foot = hal::Foot::kLeft;
+    std::optional<hal::PartOfOrder> part;
   };
 
   void stop(StackStop why) noexcept;
@@ -115,6 +119,7 @@ class StepStack {
   void forget_from(std::int64_t index) noexcept;
   std::int64_t committed_index(std::uint8_t number) const noexcept;
   const hal::Footstep* next_step() const noexcept;
+  std::optional<hal::PartOfOrder> next_part() const noexcept;
   bool plan_ends() const noexcept;
   bool fresh(Time now) const noexcept { return now - plan_.newest_frame <= config_.max_map_age; }
   bool may_commit(Time now, const hal::WalkStatus& status) noexcept;

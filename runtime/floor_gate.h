@@ -9,7 +9,7 @@
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
 #include "nav/footsteps.h"
-#include "nav/gait.h"
+#include "nav/walking/gait.h"
 
 namespace headway::runtime {
 

@@ -199,7 +199,11 @@ bool Mission::follows(const nav::Committed& committed) const {
   if (committed.session != walk_->session || committed.next_index < walk_->first_index) return false;
   const std::size_t done = done_steps(committed);
   if (done > walk_->walk.steps.size()) return false;
-  return done == 0 || same(walk_->walk.stances[done - 1], committed.stance);
+  if (done == 0) return true;
+  // The same step may have been committed as part of another order.
+  const bool in_orders = !walk_->walk.orders.empty();
+  if (in_orders && committed.part != walk_->walk.orders[done - 1]) return false;
+  return same(walk_->walk.stances[done - 1], committed.stance);
 }
 
 void Mission::carry_over(const nav::Committed& committed) {
@@ -207,15 +211,19 @@ void Mission::carry_over(const nav::Committed& committed) {
   const auto& stances = walk_->walk.stances;
   const auto here = std::find_if(stances.begin(), stances.end(),
                                  [&](const hal::Stance& s) { return same(s, committed.stance); });
-  if (!committed.at_rest || here == stances.end()) {
+  nav::Walk& walk = walk_->walk;
+  const auto done = here - stances.begin() + 1;
+  // What is left of an order ended with its session.
+  const bool amid_order = here != stances.end() && done < std::ssize(walk.orders) &&
+                          walk.orders[static_cast<std::size_t>(done)].place > 0;
+  if (!committed.at_rest || here == stances.end() || amid_order) {
     walk_.reset();
     return;
   }
-  const auto done = here - stances.begin() + 1;
-  nav::Walk& walk = walk_->walk;
   walk.steps.erase(walk.steps.begin(), walk.steps.begin() + done);
   walk.bases.erase(walk.bases.begin(), walk.bases.begin() + done);
   walk.stances.erase(walk.stances.begin(), walk.stances.begin() + done);
+  if (!walk.orders.empty()) walk.orders.erase(walk.orders.begin(), walk.orders.begin() + done);
   walk_->session = committed.session;
   walk_->first_index = committed.next_index;
 }
@@ -245,8 +253,8 @@ void Mission::plan(const MissionInput& input, const Pose2& start) {
     if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor)) walk_.reset();
     return;
   }
-  nav::Walk candidate =
-      nav::place_feet(last_plan_.path, committed.stance, committed.last_foot, floor.grid, config_.gait);
+  nav::Walk candidate = nav::walk_along(config_.execution, last_plan_.path, committed.stance,
+                                        committed.last_foot, floor.grid, config_.gait);
   if (walk_ && !worth_changing(candidate, committed, floor)) return;
   if (stable(candidate))
     adopt(last_plan_.path, std::move(candidate), committed);
@@ -328,7 +336,10 @@ nav::StepPlan Mission::step_plan(const MissionInput& input, const Gate& gate) co
   const std::size_t done = done_steps(committed), left = walk_->walk.steps.size() - done;
   plan.count = static_cast<int>(std::min<std::size_t>(gate.open, nav::StepPlan::kMost));
   plan.complete = static_cast<std::size_t>(plan.count) == left;
-  std::copy_n(walk_->walk.steps.begin() + static_cast<std::ptrdiff_t>(done), plan.count, plan.steps.begin());
+  const auto from = static_cast<std::ptrdiff_t>(done);
+  std::copy_n(walk_->walk.steps.begin() + from, plan.count, plan.steps.begin());
+  plan.in_orders = !walk_->walk.orders.empty();
+  if (plan.in_orders) std::copy_n(walk_->walk.orders.begin() + from, plan.count, plan.orders.begin());
   return plan;
 }
 

@@ -9,6 +9,7 @@
 #include "nav/footsteps.h"
 #include "nav/next_view.h"
 #include "nav/planner.h"
+#include "nav/walk_orders.h"
 #include "nav/walking/forecast.h"
 #include "runtime/floor_gate.h"
 #include "runtime/gaze.h"
@@ -34,6 +35,7 @@ struct MissionConfig {
   nav::GaitLimits gait;
   nav::BodyOutline outline;
   nav::PlannerConfig planner;
+  nav::Execution execution = nav::Execution::kSteps;
   FloorGateConfig gate;
   hal::HeadKinematics neck;
   hal::HeadLimits head;

@@ -23,6 +23,10 @@ hal::Footstep footstep_of(const bus::StepCommand& c) {
           seconds(c.duration)};
 }
 
+hal::WalkOrder order_of(const bus::WalkOrder& m) {
+  return {static_cast<hal::WalkOrder::Kind>(m.kind), m.x, m.y, m.theta};
+}
+
 }  // namespace
 
 bool StrideLimits::allow(const hal::Footstep& step) const {
@@ -35,6 +39,7 @@ bool StrideLimits::allow(const hal::Footstep& step) const {
 
 void ControlComputerConfig::validate() const {
   walking.validate();
+  gait.validate();
   chest.validate();
   require(limits.forward > 0 && limits.backward >= 0,
           "limits.forward and limits.backward must not be negative");
@@ -53,6 +58,7 @@ ControlComputer::ControlComputer(const ControlComputerConfig& config, const hal:
       power_on_(power_on),
       now_(power_on),
       step_check_(bus::StepCommand::kDataId),
+      order_check_(bus::WalkOrder::kDataId),
       control_check_(bus::WalkControl::kDataId),
       status_out_(bus::WalkStatus::kDataId),
       chest_xy_out_(bus::ChestXY::kDataId),
@@ -68,8 +74,7 @@ void ControlComputer::receive(const hal::CanFrame& frame) noexcept {
     case bus::WalkControl::kId:
       return take_control(frame);
     case bus::WalkOrder::kId:
-      ++counters_.unsupported;
-      return;
+      return take_order(frame);
     default:
       return;
   }
@@ -84,13 +89,47 @@ void ControlComputer::take_step(const hal::CanFrame& frame) noexcept {
   const hal::Footstep step = footstep_of(*command);
   if (command->session == session_ && repeats_accepted(command->seq))
     return;  // the next status says so again
-  const hal::StepReject reason = judge(*command, step);
+  hal::StepReject reason = judge(command->session, command->seq);
+  const bool walkable = command->kind == bus::StepCommand::kKindStep && config_.limits.allow(step);
+  if (reason == hal::StepReject::kNone && !walkable) reason = hal::StepReject::kReach;
   if (reason != hal::StepReject::kNone) return reject(command->seq, reason);
-  if (!pattern_.push(step)) return reject(command->seq, hal::StepReject::kReach);
-  if (accepted_ == 0) first_accepted_ = frame.stamp;
+  if (!push(step, frame.stamp)) return reject(command->seq, hal::StepReject::kReach);
+  order_ = {};
+}
+
+void ControlComputer::take_order(const hal::CanFrame& frame) noexcept {
+  const auto order = bus::WalkOrder::unpack(frame);
+  if (!order || !bus::is_usable(order_check_.check(frame))) {
+    ++counters_.unusable;
+    return;
+  }
+  if (order->session == session_ && repeats_accepted(order->seq)) return;
+  const hal::StepReject reason = judge(order->session, order->seq);
+  if (reason != hal::StepReject::kNone) return reject(order->seq, reason);
+  const auto steps = nav::steps_of(order_of(*order), pattern_.planned_stance(), last_foot_, config_.gait);
+  const auto allowed = [this](const hal::Footstep& step) { return config_.limits.allow(step); };
+  if (!steps || !std::ranges::all_of(steps->all(), allowed) || !push(steps->steps[0], frame.stamp))
+    return reject(order->seq, hal::StepReject::kReach);
+  order_ = *steps;
+  order_done_ = 1;
+  ++counters_.orders;
+}
+
+bool ControlComputer::push(const hal::Footstep& step, Time stamp) noexcept {
+  if (!pattern_.push(step)) return false;
+  if (accepted_ == 0) first_accepted_ = stamp;
   ++accepted_;
   ++counters_.accepted;
+  last_foot_ = step.foot;
   reject_reason_ = hal::StepReject::kNone;
+  return true;
+}
+
+/// Accepts the order's steps up to that number.
+void ControlComputer::release(std::uint8_t last_seq, Time stamp) noexcept {
+  std::uint32_t more = (last_seq + 1 + hal::kStepNumbers - hal::wire_number(accepted_)) % hal::kStepNumbers;
+  if (more > hal::kStepNumbers / 2) return;  // it lies behind
+  while (more-- > 0 && order_done_ < order_.count && push(order_.steps[order_done_], stamp)) ++order_done_;
 }
 
 void ControlComputer::reject(std::uint8_t seq, hal::StepReject reason) noexcept {
@@ -104,14 +143,12 @@ bool ControlComputer::repeats_accepted(std::uint8_t seq) const noexcept {
   return back >= 1 && back <= std::min(accepted_, hal::kStepNumbers / 2);
 }
 
-hal::StepReject ControlComputer::judge(const bus::StepCommand& command,
-                                       const hal::Footstep& step) const noexcept {
+hal::StepReject ControlComputer::judge(std::uint8_t session, std::uint8_t seq) const noexcept {
   using enum hal::StepReject;
   if (failed_) return kState;
-  if (session_ == 0 || command.session != session_) return kSession;
+  if (session_ == 0 || session != session_) return kSession;
   if (pattern_.closed()) return stop_asked_ ? kState : kLate;
-  if (command.seq != hal::wire_number(accepted_)) return kSequence;
-  if (command.kind != bus::StepCommand::kKindStep || !config_.limits.allow(step)) return kReach;
+  if (seq != hal::wire_number(accepted_)) return kSequence;
   return pattern_.queue_free() == 0 ? kFull : kNone;
 }
 
@@ -122,7 +159,10 @@ void ControlComputer::take_control(const hal::CanFrame& frame) noexcept {
     return;
   }
   using enum bus::WalkControl::Request;
-  if (control->session == session_) control_heard_ = frame.stamp;
+  if (control->session == session_) {
+    control_heard_ = frame.stamp;
+    release(control->last_seq, frame.stamp);
+  }
   switch (control->request) {
     case kNone:
       return;
@@ -147,6 +187,9 @@ void ControlComputer::open_session(std::uint8_t session) noexcept {
   pattern_.reopen();
   session_ = session;
   accepted_ = 0;
+  last_foot_.reset();
+  order_ = {};
+  order_done_ = 0;
   stop_asked_ = false;
   reject_reason_ = hal::StepReject::kNone;
   rejected_ = 0;

@@ -1,14 +1,18 @@
-// The robot's own control computer as a node on the bus: takes footsteps, walks them by preview control,
-// reports its state and where it believes its chest to be. It believes what it was told: the odometry is the
-// exact chain of the footsteps that it made; what really happens is in body.h.
+// The robot's own control computer as a node on the bus: takes footsteps, and orders that it makes into
+// steps; walks them by preview control, reports its state and where it believes its chest to be. It believes
+// what it was told: the odometry is the exact chain of the footsteps that it made; what really happens is in
+// body.h.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "hal/bus_codec.h"
 #include "hal/bus_protection.h"
 #include "hal/can_bus.h"
 #include "hal/walker.h"
+#include "nav/walking/order_steps.h"
 #include "nav/walking/walking_pattern.h"
 #include "sim_hal/chest.h"
 
@@ -27,6 +31,7 @@ struct StrideLimits {
 struct ControlComputerConfig {
   nav::WalkingConfig walking{};
   StrideLimits limits{};
+  nav::GaitLimits gait{};  ///< of the steps that it makes of an order
   ChestConfig chest{};
   Duration first_wait = seconds(0.3);      ///< a walk of fewer than 3 steps begins this long after its first
   Duration control_lost = seconds(0.15);   ///< without WalkControl: smooth stop
@@ -39,10 +44,10 @@ struct ControlComputerConfig {
 class ControlComputer final : public hal::BusNode {
  public:
   struct Counters {
-    std::uint64_t unusable = 0;     ///< frames with a bad CRC or counter, or values not declared
-    std::uint64_t accepted = 0;     ///< steps
-    std::uint64_t rejected = 0;     ///< steps, repetitions counted
-    std::uint64_t unsupported = 0;  ///< WalkOrders: this control computer walks footsteps only
+    std::uint64_t unusable = 0;  ///< frames with a bad CRC or counter, or values not declared
+    std::uint64_t accepted = 0;  ///< steps
+    std::uint64_t rejected = 0;  ///< steps, repetitions counted
+    std::uint64_t orders = 0;    ///< accepted
   };
 
   /// Feet at `start` in the odometry frame.
@@ -66,8 +71,11 @@ class ControlComputer final : public hal::BusNode {
 
  private:
   void take_step(const hal::CanFrame& frame) noexcept;
+  void take_order(const hal::CanFrame& frame) noexcept;
   void take_control(const hal::CanFrame& frame) noexcept;
-  hal::StepReject judge(const hal::bus::StepCommand& command, const hal::Footstep& step) const noexcept;
+  hal::StepReject judge(std::uint8_t session, std::uint8_t seq) const noexcept;
+  bool push(const hal::Footstep& step, Time stamp) noexcept;
+  void release(std::uint8_t last_seq, Time stamp) noexcept;
   bool repeats_accepted(std::uint8_t seq) const noexcept;
   void reject(std::uint8_t seq, hal::StepReject reason) noexcept;
   void open_session(std::uint8_t session) noexcept;
@@ -85,12 +93,15 @@ class ControlComputer final : public hal::BusNode {
   Time power_on_{}, now_{};
   bool failed_ = false;
   std::uint8_t session_ = 0;
-  std::uint32_t accepted_ = 0;  ///< steps of this session
+  std::uint32_t accepted_ = 0;          ///< steps of this session
+  std::optional<hal::Foot> last_foot_;  ///< of the newest one accepted
+  nav::OrderSteps order_;               ///< the newest order, and how many of its steps are accepted
+  std::size_t order_done_ = 0;
   bool stop_asked_ = false;
   Time first_accepted_{}, control_heard_{};
   std::uint8_t rejected_ = 0;
   hal::StepReject reject_reason_ = hal::StepReject::kNone;
-  hal::bus::ProtectionChecker step_check_, control_check_;
+  hal::bus::ProtectionChecker step_check_, order_check_, control_check_;
   hal::bus::Protector status_out_, chest_xy_out_, chest_zrot_out_, time_out_;
   std::uint8_t sample_ = 0;
   Time next_status_{}, next_time_{};

@@ -51,6 +51,18 @@ TEST(SimSession, WalksToAGoalAndFacesAsWished) {
   for (const auto& step : session.steps()) EXPECT_LE(step.frame_age, session.robot().steps.max_map_age);
 }
 
+TEST(SimSession, WalksInOrdersAsItDoesInSteps) {
+  SimOptions options = range_mode();
+  options.execution = nav::Execution::kOrders;
+  SimSession session(hrp2(), empty_room(), options);
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  EXPECT_EQ(session.bus_loop().counters().plans_refused, 0U);
+  const Json report = sim_report(session, outcome);
+  EXPECT_GE(report["orders"], 3);
+  EXPECT_LT(report["orders"], report["steps"].size());
+}
+
 TEST(SimSession, ReportsWhatWasWrongWithTheCamerasSight) {
   const auto findings = [](double least_sharpness) {
     Robot robot = hrp2();

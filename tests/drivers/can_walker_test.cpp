@@ -190,6 +190,75 @@ TEST_F(Walking, AControlComputerThatStartsAnewEndsTheSession) {
 
 // --- the walk ---
 
+// --- orders ---
+
+hal::NumberedStep part(std::uint32_t index, std::uint8_t place, double x = 2) {
+  return {index, step_of(index),
+          hal::PartOfOrder{{hal::WalkOrder::Kind::kStraightWithTurn, x, 0, 0.1}, place}};
+}
+
+TEST_F(Walking, AnOrderIsRepeatedUntilItsFirstStepIsAcceptedAndThenReleasedStepByStep) {
+  for (std::uint8_t i = 0; i < 3; ++i) ASSERT_TRUE(bench.walker.send(3, part(i, i)));
+  bench.run(milliseconds(100));
+  ASSERT_GE(bench.control.orders.size(), 2U);
+  EXPECT_EQ(bench.control.orders.back().x, 2);
+  EXPECT_EQ(bench.control.orders.back().theta, 0.1);
+  EXPECT_EQ(bench.control.orders.back().seq, 0);
+  EXPECT_TRUE(bench.control.heard.empty()) << "no step travels by itself";
+  EXPECT_EQ(bench.control.controls.back().last_seq, 63) << "nothing is released before it is accepted";
+  bench.control.status.seq_accepted = 0;
+  bench.run(milliseconds(50));
+  const std::size_t sent = bench.control.orders.size();
+  EXPECT_EQ(bench.control.controls.back().last_seq, 2);
+  EXPECT_EQ(bench.walker.unanswered(), 0U);
+  ASSERT_TRUE(bench.walker.send(3, part(3, 3)));
+  bench.run(milliseconds(100));
+  EXPECT_EQ(bench.control.controls.back().last_seq, 3);
+  EXPECT_EQ(bench.control.orders.size(), sent);
+}
+
+TEST_F(Walking, TheReleaseStaysBeforeANewerOrderUntilThatIsAccepted) {
+  for (std::uint8_t i = 0; i < 3; ++i) ASSERT_TRUE(bench.walker.send(3, part(i, i)));
+  bench.run(milliseconds(50));
+  bench.control.status.seq_accepted = 0;
+  bench.run(milliseconds(50));
+  const std::size_t sent = bench.control.orders.size();
+  ASSERT_TRUE(bench.walker.send(3, part(3, 0, -1)));
+  ASSERT_TRUE(bench.walker.send(3, part(4, 1, -1)));
+  bench.run(milliseconds(100));
+  EXPECT_EQ(bench.control.controls.back().last_seq, 2);
+  EXPECT_EQ(bench.control.orders.size(), sent) << "steps 1 and 2 are not accepted yet";
+  bench.control.status.seq_accepted = 2;
+  bench.run(milliseconds(100));
+  EXPECT_EQ(bench.control.controls.back().last_seq, 2);
+  ASSERT_GT(bench.control.orders.size(), sent);
+  EXPECT_EQ(bench.control.orders.back().seq, 3);
+  EXPECT_EQ(bench.control.orders.back().x, -1);
+  bench.control.status.seq_accepted = 3;
+  bench.run(milliseconds(50));
+  EXPECT_EQ(bench.control.controls.back().last_seq, 4);
+}
+
+TEST_F(Walking, RefusesAStepOfAnOrderThatItWasNotGiven) {
+  EXPECT_FALSE(bench.walker.send(3, part(0, 1)));
+  ASSERT_TRUE(bench.walker.send(3, part(0, 0)));
+  EXPECT_FALSE(bench.walker.send(3, part(1, 2)));
+  EXPECT_FALSE(bench.walker.send(3, part(1, 1, 1.5))) << "of another order";
+  ASSERT_TRUE(bench.send(3, 1)) << "a step by itself may follow";
+  EXPECT_FALSE(bench.walker.send(3, part(2, 1)));
+  EXPECT_FALSE(bench.walker.send(3, part(2, 0, 9))) << "which no frame can hold";
+}
+
+TEST_F(Walking, ARejectedOrderEndsTheSession) {
+  ASSERT_TRUE(bench.walker.send(3, part(0, 0)));
+  bench.run(milliseconds(50));
+  bench.control.status.seq_rejected = 0;
+  bench.control.status.reject_reason = Status::RejectReason::kReach;
+  bench.run(milliseconds(50));
+  EXPECT_FALSE(bench.walker.send(3, part(1, 1)));
+  EXPECT_EQ(bench.walker.unanswered(), 0U);
+}
+
 TEST_F(Walking, ControlTravelsEvery40Ms) {
   bench.control.controls_at.clear();
   bench.run(seconds(1));

@@ -29,6 +29,7 @@ class ScriptedControl {
   // What a test may look at.
   std::vector<hal::bus::StepCommand> accepted;  ///< in order, each once
   std::vector<hal::bus::StepCommand> heard;     ///< every frame with a good CRC and a new counter
+  std::vector<hal::bus::WalkOrder> orders;      ///< every one heard; a test answers
   std::vector<hal::bus::WalkControl> controls;
   std::vector<Time> heard_at, controls_at;
   int refused_frames = 0;
@@ -50,6 +51,8 @@ class ScriptedControl {
       heard.push_back(*hal::bus::StepCommand::unpack(frame));
       heard_at.push_back(now);
       if (accepts) judge(heard.back());
+    } else if (frame.id == hal::bus::WalkOrder::kId) {
+      if (is_usable(order_checker_.check(frame))) orders.push_back(*hal::bus::WalkOrder::unpack(frame));
     } else if (frame.id == hal::bus::WalkControl::kId) {
       if (!is_usable(control_checker_.check(frame))) {
         ++refused_frames;
@@ -115,7 +118,7 @@ class ScriptedControl {
     status.reject_reason = why;
   }
 
-  hal::bus::ProtectionChecker step_checker_{0x120}, control_checker_{0x121};
+  hal::bus::ProtectionChecker step_checker_{0x120}, order_checker_{0x122}, control_checker_{0x121};
   hal::bus::Protector status_{0x130}, xy_{0x131}, rotation_{0x132}, time_{0x140};
   hal::bus::Protector stuck_{0x130};
   std::uint8_t sample_ = 0;

@@ -2,6 +2,8 @@
 // and docs/bus.md without looking at them.
 #include <array>
 #include <functional>
+#include <optional>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -128,6 +130,44 @@ TEST_F(SimulatedRobot, FaultsWhileADriveIsSilentAndComesBackWithIt) {
   EXPECT_EQ(head.tilt().failure, DriveFailure::kGone);
   robot.tilt_drive().set_silent(false);
   EXPECT_TRUE(ready(5));
+}
+
+TEST_F(SimulatedRobot, WalksTheStepsThatItsOrdersMean) {
+  ASSERT_TRUE(ready());
+  using Kind = hal::WalkOrder::Kind;
+  hal::Stance stance = hal::Stance::parallel({}, 0.19);
+  std::optional<hal::Foot> last;
+  std::vector<hal::NumberedStep> steps;
+  for (const hal::WalkOrder& order :
+       {hal::WalkOrder{Kind::kArc, 0, 0, 0.3}, hal::WalkOrder{Kind::kStraightWithTurn, 0.9, 0.04, -0.06},
+        hal::WalkOrder{Kind::kArc, 0, -1.2, -0.4}, hal::WalkOrder{Kind::kNextStep, 0, 0, 0}}) {
+    const auto meant = nav::steps_of(order, stance, last, nav::GaitLimits{});
+    ASSERT_TRUE(meant);
+    for (std::size_t i = 0; i < meant->count; ++i) {
+      const auto index = static_cast<std::uint32_t>(steps.size());
+      steps.push_back({index, meant->steps[i], hal::PartOfOrder{order, static_cast<std::uint8_t>(i)}});
+      stance = stance.after(meant->steps[i]);
+      last = meant->steps[i].foot;
+    }
+  }
+  std::size_t next = 0;
+  walker.control(WalkRequest::kWalk, 1, {});
+  ASSERT_TRUE(until(
+      [&] {
+        if (next < steps.size() && walker.status().session == 1 && walker.status().queue_free > 4 &&
+            walker.unanswered() < 2 && walker.send(1, steps[next]))
+          ++next;
+        return next == steps.size() && walker.status().state == WalkState::kStanding &&
+               walker.status().executing == (steps.size() - 1) % 64;
+      },
+      60));
+  const hal::Stance& walked = robot.control().pattern().planned_stance();
+  EXPECT_EQ(walked.left.x, stance.left.x);
+  EXPECT_EQ(walked.left.y, stance.left.y);
+  EXPECT_EQ(walked.right.x, stance.right.x);
+  EXPECT_EQ(walked.right.yaw, stance.right.yaw);
+  EXPECT_EQ(robot.control().counters().orders, 4U);
+  EXPECT_FALSE(robot.fallen());
 }
 
 TEST_F(SimulatedRobot, WalksEveryStepOfTwoSessions) {

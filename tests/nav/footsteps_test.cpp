@@ -1,5 +1,3 @@
-#include "nav/footsteps.h"
-
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +5,9 @@
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
+#include "nav/path_legs.h"
+#include "nav/walk_orders.h"
+#include "nav/walking/order_steps.h"
 #include "tests/nav/cell_set.h"
 #include "tests/nav/random_floor.h"
 
@@ -132,7 +133,40 @@ double last_leg(const Path& path) {
   return 0.05 * cells;
 }
 
-TEST(Footsteps, OfAnyPathKeepTheLimitsAndEndParallelAtTheGoal) {
+/// The steps of a walk in orders are those that its orders mean, and take the base past the end of every leg.
+void check_orders(const Walk& walk, const Path& path, const Standing& from, const FloorGrid& grid,
+                  const GaitLimits& gait) {
+  ASSERT_EQ(walk.orders.size(), walk.steps.size());
+  Stance stance = from.stance;
+  std::optional<Foot> last = from.last_foot;
+  for (std::size_t i = 0; i < walk.steps.size();) {
+    ASSERT_EQ(walk.orders[i].place, 0) << "step " << i;
+    const auto steps = steps_of(walk.orders[i].order, stance, last, gait);
+    ASSERT_TRUE(steps);
+    for (std::size_t place = 0; place < steps->count; ++place, ++i) {
+      const hal::Footstep &meant = steps->steps[place], &planned = walk.steps[i];
+      ASSERT_EQ(walk.orders[i].place, place);
+      ASSERT_EQ(meant.foot, planned.foot);
+      ASSERT_EQ(meant.landing.x, planned.landing.x);
+      ASSERT_EQ(meant.landing.y, planned.landing.y);
+      ASSERT_EQ(meant.landing.yaw, planned.landing.yaw);
+      stance = stance.after(meant);
+      last = meant.foot;
+    }
+  }
+  for (const Leg& leg : legs_of(path, grid)) {
+    if ((leg.to - leg.from).norm() < 0.01) continue;
+    const bool passed = std::any_of(walk.bases.begin(), walk.bases.end(), [&](const Pose2& base) {
+      return (base.position() - leg.to).norm() < 0.006 && std::abs(wrap_angle(base.yaw - leg.yaw)) < 0.003;
+    });
+    ASSERT_TRUE(passed) << "the end of a leg at " << leg.to.transpose();
+  }
+}
+
+class WalkAlong : public testing::TestWithParam<Execution> {};
+INSTANTIATE_TEST_SUITE_P(Both, WalkAlong, testing::Values(Execution::kSteps, Execution::kOrders));
+
+TEST_P(WalkAlong, AnyPathKeepsTheLimitsAndEndsParallelAtTheGoal) {
   Dice dice(7);
   const GaitLimits gait;
   Planner planner({}, gait, {}, hall().grid);
@@ -150,8 +184,10 @@ TEST(Footsteps, OfAnyPathKeepTheLimitsAndEndParallelAtTheGoal) {
     if (!result) continue;
     ++walked;
     const Path& path = result.path;
-    const Walk walk = place_feet(path, standing.stance, standing.last_foot, map.grid, gait);
+    const Walk walk = walk_along(GetParam(), path, standing.stance, standing.last_foot, map.grid, gait);
     check_walk(walk, standing, gait);
+    if (HasFatalFailure()) FAIL() << "run " << run;
+    if (GetParam() == Execution::kOrders) check_orders(walk, path, standing, map.grid, gait);
     if (HasFatalFailure()) FAIL() << "run " << run;
     check_body(walk, path, map.grid, planner.masks());
     if (HasFatalFailure()) FAIL() << "run " << run;

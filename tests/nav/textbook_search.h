@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "nav/floor_map.h"
-#include "nav/gait.h"
 #include "nav/masks.h"
 #include "nav/planner.h"
+#include "nav/walking/gait.h"
 
 namespace headway::nav {
 

@@ -59,6 +59,7 @@ struct Bench {
       const hal::Footstep& step = order.plan.steps[static_cast<std::size_t>(i)];
       bus.committed.stance = bus.committed.stance.after(step);
       bus.committed.last_foot = step.foot;
+      if (order.plan.in_orders) bus.committed.part = order.plan.orders[static_cast<std::size_t>(i)];
       ++bus.committed.next_index;
       bus.committed.at_rest = false;
     }
@@ -72,6 +73,7 @@ struct Bench {
     ++bus.committed.session;
     bus.committed.next_index = 0;
     bus.committed.last_foot.reset();
+    bus.committed.part.reset();
     bus.committed.at_rest = true;
   }
   /// Walks to the end of the plan.
@@ -195,6 +197,45 @@ TEST(Mission, ArrivesWhenAllIsWalked) {
   EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
   EXPECT_NEAR(bench.bus.committed.stance.base().x, 3, 0.07);
   EXPECT_EQ(bench.order.walk, Walk::kStay);
+}
+
+TEST(Mission, WalksInOrdersAndGivesNewOnesWhereAWalkEndedAmidOne) {
+  MissionConfig config = hand_made();
+  config.execution = nav::Execution::kOrders;
+  Bench bench(config);
+  bench.until_walking(kAhead);
+  ASSERT_EQ(bench.order.walk, Walk::kPlan);
+  ASSERT_TRUE(bench.order.plan.in_orders);
+  ASSERT_GT(bench.order.plan.count, 5);
+  EXPECT_EQ(bench.order.plan.orders[0].place, 0);
+  EXPECT_EQ(bench.order.plan.orders[4].place, 4);
+  bench.commit(2);
+  bench.frames(1);
+  EXPECT_EQ(bench.order.plan.orders[0].place, 2) << "the order goes on";
+  // A step of another order, which leads where this one would.
+  bench.commit(1);
+  bench.bus.committed.part->order.x += 0.002;
+  bench.frames(1);
+  EXPECT_EQ(bench.order.plan.orders[0].place, 0) << "a new order from there";
+  bench.commit(2);
+  bench.end_session(nav::StackStop::kMissed, 5);
+  bench.frames(1);
+  ASSERT_EQ(bench.order.walk, Walk::kPlan);
+  EXPECT_EQ(bench.order.plan.orders[0].place, 0);
+  bench.walk_all();
+  EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
+}
+
+TEST(Mission, GoesAsNearAsItGetsAndSaysWhy) {
+  Bench bench;
+  bench.boxes = {box(1.9, 2.1, -3, 3, 1.2)};
+  nav::Goal behind = kAhead;
+  behind.near = true;
+  bench.until_walking(behind);
+  bench.walk_all();
+  EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("as near as it gets"));
+  EXPECT_NEAR(bench.bus.committed.stance.base().x, 3 - bench.mission.short_of_goal(), 0.07);
 }
 
 TEST(Mission, WalksNothingThatWouldTipTheRobot) {

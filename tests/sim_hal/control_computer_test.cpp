@@ -231,6 +231,73 @@ TEST(ControlComputer, StartsANewWalkOnlyAfterTheLastHasEnded) {
   EXPECT_EQ(bench.control.walking().landed, 7U);
 }
 
+using OrderKind = hal::WalkOrder::Kind;
+
+/// The stance after the first `count` steps of an order.
+hal::Stance after(const hal::WalkOrder& order, std::size_t count, hal::Stance stance,
+                  std::optional<hal::Foot> last = {}) {
+  const auto steps = nav::steps_of(order, stance, last, nav::GaitLimits{});
+  for (std::size_t i = 0; i < count; ++i) stance = stance.after(steps.value().steps[i]);
+  return stance;
+}
+
+void expect_same(const hal::Stance& a, const hal::Stance& b) {
+  for (const hal::Foot foot : {hal::Foot::kLeft, hal::Foot::kRight}) {
+    EXPECT_EQ(a.at(foot).x, b.at(foot).x);
+    EXPECT_EQ(a.at(foot).y, b.at(foot).y);
+    EXPECT_EQ(a.at(foot).yaw, b.at(foot).yaw);
+  }
+}
+
+TEST(ControlComputer, WalksAnOrderAsFarAsItIsReleased) {
+  for (const std::uint8_t last_seq : {std::uint8_t{2}, std::uint8_t{5}}) {
+    WalkBench bench;
+    bench.begin(1);
+    const hal::WalkOrder order{OrderKind::kStraightWithTurn, 1.6, 0, 0.1};
+    bench.master.send_order(1, 0, order);
+    bench.run(0.1);
+    EXPECT_EQ(bench.control.status().accepted, 0) << "with its first step";
+    bench.master.last_seq = last_seq;
+    bench.run(20);
+    EXPECT_EQ(bench.control.status().state, hal::WalkState::kStanding);
+    EXPECT_EQ(bench.control.status().executing, last_seq);
+    expect_same(bench.control.pattern().planned_stance(), after(order, last_seq + 1U, bench.start_stance));
+    EXPECT_EQ(bench.control.counters().orders, 1U);
+  }
+}
+
+TEST(ControlComputer, GoesOverToANewerOrderInPlaceOfWhatWasNotReleased) {
+  WalkBench bench;
+  bench.begin(1);
+  const hal::WalkOrder straight{OrderKind::kStraightWithTurn, 1.6, 0, 0}, arc{OrderKind::kArc, 0, 1, 0.3};
+  bench.master.send_order(1, 0, straight);
+  bench.master.last_seq = 2;
+  bench.run(0.2);
+  EXPECT_EQ(bench.control.status().accepted, 2);
+  bench.master.send_order(1, 3, arc);
+  bench.run(0.1);
+  EXPECT_EQ(bench.control.status().accepted, 3);
+  bench.master.last_seq = 5;
+  bench.run(20);
+  EXPECT_EQ(bench.control.status().executing, 5);
+  const hal::Stance turning = after(straight, 3, bench.start_stance);
+  expect_same(bench.control.pattern().planned_stance(), after(arc, 3, turning, hal::Foot::kLeft));
+}
+
+TEST(ControlComputer, RejectsOrdersThatItCannotWalk) {
+  WalkBench bench;
+  bench.begin(1);
+  const auto reason = [&](std::uint32_t index, const hal::WalkOrder& order) {
+    bench.master.send_order(1, index, order);
+    bench.run(0.05);
+    return bench.control.status().reject_reason;
+  };
+  EXPECT_EQ(reason(0, {OrderKind::kNextStep, 0.5, 0, 0}), hal::StepReject::kReach);
+  EXPECT_EQ(reason(0, {OrderKind::kStraightWithTurn, 8, 0, 0}), hal::StepReject::kReach);
+  EXPECT_EQ(reason(4, {OrderKind::kArc, 0, 0, 0.3}), hal::StepReject::kSequence);
+  EXPECT_EQ(reason(0, {OrderKind::kArc, 0, 0, 0.3}), hal::StepReject::kNone);
+}
+
 TEST(ControlComputer, NeverUsesADamagedOrRepeatedFrame) {
   WalkBench bench;
   bench.begin(1);

@@ -44,10 +44,21 @@ class WalkMaster {
     m.dz = step.dz;
     send(*m.pack(), step_out_);
   }
+  void send_order(std::uint8_t session, std::uint32_t index, const hal::WalkOrder& order) {
+    bus::WalkOrder m;
+    m.kind = static_cast<bus::WalkOrder::Kind>(order.kind);
+    m.seq = static_cast<std::uint8_t>(index % 64);
+    m.session = session;
+    m.x = order.x;
+    m.y = order.y;
+    m.theta = order.turn;
+    send(*m.pack(), order_out_);
+  }
   void send_control(std::uint8_t session, bus::WalkControl::Request request) {
     bus::WalkControl m;
     m.request = request;
     m.session = session;
+    m.last_seq = last_seq;
     send(*m.pack(), control_out_);
   }
   void send(hal::CanFrame frame, bus::Protector& protector) {
@@ -70,6 +81,7 @@ class WalkMaster {
     }
   }
 
+  std::uint8_t last_seq = 63;  ///< that WalkControl tells
   bus::WalkStatus status;
   int statuses = 0;
   std::vector<bus::ChestXY> chest_xy;
@@ -77,7 +89,8 @@ class WalkMaster {
   std::vector<bus::ControlTime> times;
   std::vector<hal::CanFrame> frames;
   hal::CanFrame last_sent;
-  bus::Protector step_out_{bus::StepCommand::kDataId}, control_out_{bus::WalkControl::kDataId};
+  bus::Protector step_out_{bus::StepCommand::kDataId}, order_out_{bus::WalkOrder::kDataId},
+      control_out_{bus::WalkControl::kDataId};
 
  private:
   hal::CanBus& end_;

@@ -12,7 +12,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # Plain values of the hal, which vision and nav may see; the rest of the hal is devices and their protocols.
-HAL_VALUES = [f"hal/{name}.h" for name in ("angle", "error", "time", "pose2", "frame", "footstep", "step_number", "head",
+HAL_VALUES = [f"hal/{name}.h" for name in ("angle", "error", "time", "pose2", "frame", "footstep", "walk_order", "step_number", "head",
                                         "head_kinematics")]
 
 # Libraries by the headers they own.

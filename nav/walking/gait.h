@@ -2,6 +2,7 @@
 #pragma once
 
 #include <numbers>
+#include <optional>
 
 #include "hal/footstep.h"
 #include "nav/walking/walking_pattern.h"
@@ -35,6 +36,10 @@ struct GaitLimits {
 
 /// The pattern generator that walks such steps.
 WalkingConfig walking_config(const GaitLimits& limits);
+
+/// The base as carried by the foot that landed last (the planner's start while walking); at rest, the base
+/// midway between the feet.
+Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait);
 
 /// Whether a step keeps the limits (to a tenth of a millimetre).
 bool within_limits(const hal::Footstep& step, const GaitLimits& limits);

@@ -1,4 +1,4 @@
-#include "nav/gait.h"
+#include "nav/walking/gait.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +60,12 @@ WalkingConfig walking_config(const GaitLimits& limits) {
   walking.preview.window =
       std::min(walking.preview.window, 2 * walking.shortest_step - walking.double_support);
   return walking;
+}
+
+Pose2 gait_base(const hal::Stance& stance, std::optional<hal::Foot> last_foot, const GaitLimits& gait) {
+  if (!last_foot) return stance.base();
+  const double side = *last_foot == hal::Foot::kLeft ? 1 : -1;
+  return stance.at(*last_foot) * Pose2{0, -side * gait.feet_apart / 2, 0};
 }
 
 bool within_limits(const hal::Footstep& step, const GaitLimits& limits) {
