@@ -31,7 +31,7 @@ struct ConvertOptions {
   double floor = 0, height = 1.7;
 };
 
-nav::ColdMap read_floor(const ConvertOptions& options) {
+nav::SavedMap read_floor(const ConvertOptions& options) {
   const nav::FloorMap floor = nav::read_map_server(fs::path(options.in).replace_extension(".yaml"));
   const Eigen::Array2d first = floor.grid.origin.array() / floor.grid.resolution;
   const double shift = (first - first.round()).abs().maxCoeff() * floor.grid.resolution;
@@ -39,33 +39,35 @@ nav::ColdMap read_floor(const ConvertOptions& options) {
   return nav::raise_floor(floor, options.height);
 }
 
-void write_floor(const nav::ColdMap& map, const ConvertOptions& options) {
+void write_floor(const nav::SavedMap& saved, const ConvertOptions& options) {
   const fs::path folder = options.out.has_parent_path() ? options.out.parent_path() : fs::path(".");
-  nav::write_map_server(nav::floor_below(map, {}, options.floor), folder, options.out.stem().string());
+  nav::write_map_server(nav::floor_below(saved.map, {}, options.floor), folder, options.out.stem().string());
 }
 
 /// How a format is read and written, and what does not survive it.
 struct Format {
   std::string_view extension;
-  nav::ColdMap (*read)(const ConvertOptions&);
-  void (*write)(const nav::ColdMap&, const ConvertOptions&);
+  nav::SavedMap (*read)(const ConvertOptions&);
+  void (*write)(const nav::SavedMap&, const ConvertOptions&);
   std::string_view loses;
 };
 
 constexpr std::string_view kFloorLoses = "heights: .pgm and .yaml keep only the floor seen from above";
+constexpr std::string_view kOwn = ".hmap";
 constexpr std::array<Format, 6> kFormats{{
-    {".hmap", [](const ConvertOptions& o) { return nav::read_map_file(o.in); },
-     [](const nav::ColdMap& map, const ConvertOptions& o) {
-       runtime::write_durably(o.out, [&](std::ostream& out) { nav::write_map_file(map, out); });
+    {kOwn, [](const ConvertOptions& o) { return nav::read_saved_map(o.in); },
+     [](const nav::SavedMap& saved, const ConvertOptions& o) {
+       runtime::write_durably(
+           o.out, [&](std::ostream& out) { nav::write_map_file(saved.map, saved.surfaces, out); });
      },
      ""},
-    {".ot", [](const ConvertOptions& o) { return nav::read_ot(o.in); },
-     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_ot(map, o.out); }, ""},
-    {".bt", [](const ConvertOptions& o) { return nav::read_bt(o.in); },
-     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_bt(map, o.out); },
+    {".ot", [](const ConvertOptions& o) { return nav::SavedMap(nav::read_ot(o.in)); },
+     [](const nav::SavedMap& saved, const ConvertOptions& o) { nav::write_ot(saved.map, o.out); }, ""},
+    {".bt", [](const ConvertOptions& o) { return nav::SavedMap(nav::read_bt(o.in)); },
+     [](const nav::SavedMap& saved, const ConvertOptions& o) { nav::write_bt(saved.map, o.out); },
      "how sure each voxel is; .bt keeps only occupied or empty"},
-    {".ply", [](const ConvertOptions& o) { return nav::read_voxel_cloud(o.in, o.resolution); },
-     [](const nav::ColdMap& map, const ConvertOptions& o) { nav::write_voxel_cloud(map, o.out); },
+    {".ply", [](const ConvertOptions& o) { return nav::SavedMap(nav::read_voxel_cloud(o.in, o.resolution)); },
+     [](const nav::SavedMap& saved, const ConvertOptions& o) { nav::write_voxel_cloud(saved.map, o.out); },
      "the empty voxels; .ply keeps only the occupied ones"},
     {".pgm", read_floor, write_floor, kFloorLoses},
     {".yaml", read_floor, write_floor, kFloorLoses},
@@ -95,15 +97,22 @@ Counts count(const nav::ColdMap& map) {
   return counts;
 }
 
+std::string what_is_lost(const Format& from, const Format& to, const nav::SavedMap& saved) {
+  std::string lost(to.loses == from.loses ? "" : to.loses);
+  if (saved.surfaces.voxels() > 0 && to.extension != kOwn)
+    lost = fmt::format("where within voxels surfaces lie{}{}", lost.empty() ? "" : ", and without ", lost);
+  return lost.empty() ? "" : ", without " + lost;
+}
+
 int convert(const ConvertOptions& options) {
   const Format &from = format_of(options.in), &to = format_of(options.out);
-  const nav::ColdMap map = from.read(options);
-  to.write(map, options);
+  const nav::SavedMap saved = from.read(options);
+  const nav::ColdMap& map = saved.map;
+  to.write(saved, options);
   const Counts counts = count(map);
   fmt::print("{}: {} occupied and {} empty voxels of {} m, in {} bricks\n", options.in.string(),
              counts.occupied, counts.empty, map.resolution(), map.size());
-  const bool loses = !to.loses.empty() && to.loses != from.loses;
-  fmt::print("{}: written{}{}\n", options.out.string(), loses ? ", without " : "", loses ? to.loses : "");
+  fmt::print("{}: written{}\n", options.out.string(), what_is_lost(from, to, saved));
   return kSuccess;
 }
 
@@ -116,7 +125,7 @@ void add_map_convert(CLI::App& map, Run& run) {
       "What IN and OUT end with says which format they have, and what it keeps:\n"
       "  .hmap        Headway's own: all there is, with a checksum; written so that a crash leaves the old "
       "file\n"
-      "  .ot          OctoMap's full tree: all there is\n"
+      "  .ot          OctoMap's full tree: all there is, but not where within voxels surfaces lie\n"
       "  .bt          OctoMap's binary tree: occupied or empty, but not how sure\n"
       "  .ply         points: the occupied voxels. Any cloud with x, y and z is read, each point as a hit;\n"
       "               give --resolution where it is no map of Headway's\n"

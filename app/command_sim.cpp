@@ -122,10 +122,9 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->footer(
       "Example: headway sim config/worlds/moving_box.yaml --out build/demo\n"
-      "Writes report.json, timing.json, map.bt, floor.pgm, floor.yaml, cloud.ply and pictures: scene, "
-      "views,\n"
-      "left, depth, uncertainty and plan as the walk begins, replan and replan_left, floor and map at its "
-      "end.\n"
+      "Writes report.json, timing.json, map.hmap, map.bt, floor.pgm, floor.yaml, cloud.ply and pictures:\n"
+      "scene, views, left, depth, uncertainty and plan as the walk begins, replan and replan_left, and\n"
+      "floor and map (all that was ever seen) at its end.\n"
       "Exit code 0 when the robot arrived (with --near also as near as it gets, which report.json says), 1 "
       "when it did not (report.json says why).");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });

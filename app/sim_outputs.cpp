@@ -13,8 +13,10 @@
 #include "app/pictures.h"
 #include "app/sight_report.h"
 #include "app/whole_map.h"
+#include "nav/cold_map_file.h"
 #include "nav/explored.h"
 #include "nav/octomap_files.h"
+#include "runtime/durable_file.h"
 #include "sim_hal/render.h"
 
 namespace headway::app {
@@ -393,6 +395,9 @@ void SimOutputs::write(const SimOutcome& outcome, OutputFolder& folder) {
   save("map", map_view(whole, bird_view(whole, view), view, figures));
 
   nav::write_bt(known, folder.file("map.bt"));
+  runtime::write_durably(folder.file("map.hmap"), [&](std::ostream& out) {
+    nav::write_map_file(known, session_.frame_loop().localisation().surfaces(), out);
+  });
   write_floor(mapper.floor(), folder);
   cloud_.write(folder.file("cloud.ply"));
   write_json(folder.file("timing.json"), {{"wall_s", rounded(wall_.lap_ms() / 1e3, 2)},

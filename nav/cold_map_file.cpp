@@ -4,6 +4,7 @@
 #include <bit>
 #include <ostream>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -16,6 +17,7 @@ namespace headway::nav {
 namespace {
 
 constexpr std::string_view kMagic = "headway map ";
+constexpr std::uint64_t kOldestVersion = 1;  // without surfaces
 constexpr std::uint64_t kPlaces = std::uint64_t{1} << 3 * kLevelsAboveBrick;
 
 /// Writes and sums up.
@@ -71,38 +73,23 @@ class Reader {
   Checksum sum_;
 };
 
-void check_version(Reader& in) {
+/// Throws unless the version is one that is read.
+std::uint64_t read_version(Reader& in) {
   const std::string line = in.line();
   std::uint64_t version = 0;
   if (!line.starts_with(kMagic) || !parse_number(line.substr(kMagic.size()), version)) {
     in.fail(fmt::format("expected '{}{}' in the first line; is this a map of Headway's?", kMagic,
                         kMapFileVersion));
   }
-  if (version == kMapFileVersion) return;
+  if (version >= kOldestVersion && version <= kMapFileVersion) return version;
   const char* age = version > kMapFileVersion ? "a newer" : "an older";
   in.fail(fmt::format(
-      "is a map of version {}, and this program reads version {}; let {} Headway, which wrote it, "
+      "is a map of version {}, and this program reads versions {} to {}; let {} Headway, which wrote it, "
       "turn it into .ot ('headway map convert'), which every version reads",
-      version, kMapFileVersion, age));
+      version, kOldestVersion, kMapFileVersion, age));
 }
 
-}  // namespace
-
-void write_map_file(const SeenBricks& map, std::ostream& out) {
-  Writer file(out);
-  file.bytes(fmt::format("{}{}\n", kMagic, kMapFileVersion));
-  file.bytes(little_endian(map.resolution()).text());
-  file.bytes(LittleEndian<8>(map.bricks().size()).text());
-  for (const PlacedBrick& brick : map.bricks()) {
-    file.bytes(LittleEndian<8>(brick.order).text());
-    file.bytes({reinterpret_cast<const char*>(brick.values.data()), brick.values.size()});
-  }
-  file.sum();
-}
-
-ColdMap read_map_file(std::istream& stream, const std::string& file, std::size_t most_bricks) {
-  Reader in(stream, file);
-  check_version(in);
+ColdMap read_bricks(Reader& in, std::size_t most_bricks) {
   const auto resolution = std::bit_cast<double>(in.number());
   if (!(resolution >= ColdMap::kFinest && resolution <= ColdMap::kCoarsest)) {
     in.damaged(fmt::format("a resolution of {} m", resolution));
@@ -122,13 +109,77 @@ ColdMap read_map_file(std::istream& stream, const std::string& file, std::size_t
     in.bytes(reinterpret_cast<char*>(values.data()), values.size());
     map.put(brick_at(order), values);
   }
-  in.check_sum();
   return map;
 }
 
-ColdMap read_map_file(const std::filesystem::path& file, std::size_t most_bricks) {
+template <std::size_t kCount>
+void read_floats(Reader& in, std::array<float, kCount>& into) {
+  for (float& f : into) f = std::bit_cast<float>(static_cast<std::uint32_t>(in.number(4)));
+}
+
+void read_surfaces(Reader& in, SurfacePoints& surfaces) {
+  std::uint64_t before = 0;
+  const std::uint64_t voxels = in.number();
+  for (std::uint64_t i = 0; i < voxels; ++i) {
+    SurfaceVoxel voxel;
+    voxel.key = in.number();
+    if (voxel.key <= before) in.damaged("its surfaces are out of order");
+    before = voxel.key;
+    std::array<float, 3> sums{};
+    read_floats(in, sums);
+    voxel.weight = sums[0], voxel.count = sums[1], voxel.doubt = sums[2];
+    read_floats(in, voxel.first);
+    read_floats(in, voxel.second);
+    if (!surfaces.restore(voxel)) in.damaged("a surface that cannot be, or one too many");
+  }
+}
+
+}  // namespace
+
+void write_map_file(const SeenBricks& map, const SurfacePoints& surfaces, std::ostream& out) {
+  Writer file(out);
+  file.bytes(fmt::format("{}{}\n", kMagic, kMapFileVersion));
+  file.bytes(little_endian(map.resolution()).text());
+  file.bytes(LittleEndian<8>(map.bricks().size()).text());
+  for (const PlacedBrick& brick : map.bricks()) {
+    file.bytes(LittleEndian<8>(brick.order).text());
+    file.bytes({reinterpret_cast<const char*>(brick.values.data()), brick.values.size()});
+  }
+  const std::vector<SurfaceVoxel> voxels = surfaces.saved();
+  file.bytes(LittleEndian<8>(voxels.size()).text());
+  for (const SurfaceVoxel& voxel : voxels) {
+    file.bytes(LittleEndian<8>(voxel.key).text());
+    for (const float f : {voxel.weight, voxel.count, voxel.doubt}) file.bytes(little_endian(f).text());
+    for (const float f : voxel.first) file.bytes(little_endian(f).text());
+    for (const float f : voxel.second) file.bytes(little_endian(f).text());
+  }
+  file.sum();
+}
+
+void write_map_file(const SeenBricks& map, std::ostream& out) {
+  write_map_file(map, SurfacePoints(map.resolution()), out);
+}
+
+SavedMap read_saved_map(std::istream& stream, const std::string& file, std::size_t most_bricks) {
+  Reader in(stream, file);
+  const std::uint64_t version = read_version(in);
+  SavedMap saved(read_bricks(in, most_bricks));
+  if (version > kOldestVersion) read_surfaces(in, saved.surfaces);
+  in.check_sum();
+  return saved;
+}
+
+SavedMap read_saved_map(const std::filesystem::path& file, std::size_t most_bricks) {
   std::ifstream in = open_whole(file);
-  return read_map_file(in, file.string(), most_bricks);
+  return read_saved_map(in, file.string(), most_bricks);
+}
+
+ColdMap read_map_file(std::istream& stream, const std::string& file, std::size_t most_bricks) {
+  return read_saved_map(stream, file, most_bricks).map;
+}
+
+ColdMap read_map_file(const std::filesystem::path& file, std::size_t most_bricks) {
+  return read_saved_map(file, most_bricks).map;
 }
 
 }  // namespace headway::nav

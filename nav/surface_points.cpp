@@ -1,6 +1,7 @@
 #include "nav/surface_points.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -28,6 +29,19 @@ std::size_t scattered(std::uint64_t key) {
   // Fibonacci hashing (Knuth 6.4) after a fold, for neighbours differ in few bits.
   key ^= key >> 29;
   return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 20);
+}
+
+/// Whether points in a voxel may have such sums.
+bool possible(const SurfaceVoxel& v, double resolution) {
+  const float xx = v.second[0], yy = v.second[3], zz = v.second[5];
+  const float reach = static_cast<float>(resolution) * v.weight;  // with room for rounding
+  const auto within = [](float value, float most) { return std::abs(value) <= most; };  // not when NaN
+  return v.key != 0 && v.key >> 3 * kKeyBits == 0 && v.weight > 0 && std::isfinite(v.weight) &&
+         v.count >= 1 && std::isfinite(v.count) && v.doubt >= 0 && std::isfinite(v.doubt) &&
+         std::ranges::all_of(v.first, [&](float f) { return within(f, reach); }) && xx >= 0 && yy >= 0 &&
+         zz >= 0 && std::ranges::all_of(v.second, [&](float f) {
+           return within(f, reach * static_cast<float>(resolution));
+         });
 }
 
 }  // namespace
@@ -108,6 +122,22 @@ void SurfacePoints::rebuild(std::size_t size, const VoxelMap* keep_known_to) {
     cells_[place(cell.key)] = cell;
     ++used_;
   }
+}
+
+std::vector<SurfaceVoxel> SurfacePoints::saved() const {
+  std::vector<SurfaceVoxel> all;
+  for (const Cell& cell : cells_)
+    if (cell.key != 0 && cell.weight > 0) all.push_back(cell);
+  std::ranges::sort(all, {}, &SurfaceVoxel::key);
+  return all;
+}
+
+bool SurfacePoints::restore(const SurfaceVoxel& voxel) {
+  if (!possible(voxel, resolution_) || find(voxel.key) != nullptr || used_ >= most_) return false;
+  if (2 * (used_ + 1) > cells_.size()) rebuild(2 * cells_.size(), nullptr);
+  ++used_;
+  static_cast<SurfaceVoxel&>(cells_[place(voxel.key)]) = voxel;
+  return true;
 }
 
 void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d& map_from_camera,

@@ -30,6 +30,19 @@ struct PoseVariance {
   double turn = 0;   ///< about the vertical [rad^2]
 };
 
+/// What is known of a voxel, as it is saved: sums over points, each with the weight 1/sigma^2 and seen from
+/// the voxel's middle.
+struct SurfaceVoxel {
+  /// floor(coordinate / resolution) + 2^20 of x, y and z, in 21 bits each, x lowest; 0: none
+  std::uint64_t key = 0;
+  float weight = 0, count = 0;
+  float doubt = 0;                ///< variance by the pose of the first look [m^2]
+  std::array<float, 3> first{};   ///< of w d [m]
+  std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
+
+  friend bool operator==(const SurfaceVoxel&, const SurfaceVoxel&) = default;
+};
+
 /// The first looks at a place decide, so that a map does not wander with what is measured by it: a voxel's
 /// mean comes to rest when it is known to a millimetre, and only a look from a pose that is known better
 /// by far replaces it.
@@ -50,16 +63,16 @@ class SurfacePoints {
   std::size_t voxels() const { return used_; }  ///< known
   std::size_t bytes() const { return cells_.size() * sizeof(Cell); }
 
- private:
-  /// Sums over points, each with the weight 1/sigma^2 and seen from the voxel's middle.
-  struct Cell {
-    std::uint64_t key = 0;  ///< 0: free
-    float weight = 0, count = 0;
-    float doubt = 0;                ///< variance by the pose of the first look [m^2]
-    std::array<float, 3> first{};   ///< of w d [m]
-    std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
+  double resolution() const { return resolution_; }  ///< [m]
+  /// All that is known, by rising key.
+  std::vector<SurfaceVoxel> saved() const;
+  /// Takes in what was saved and is not known here. False, and nothing changes, when it is no such thing, or
+  /// there is no room.
+  bool restore(const SurfaceVoxel& voxel);
 
-    void forget() { *this = {.key = key}; }
+ private:
+  struct Cell : SurfaceVoxel {
+    void forget() { static_cast<SurfaceVoxel&>(*this) = {.key = key}; }
     void add(const Eigen::Vector3f& d, float w);
   };
 

@@ -52,6 +52,8 @@ class Localisation {
   /// Of the view seen last; empty when it was not aligned.
   const nav::Alignment& alignment() const { return alignment_; }
   const LocalisationCounters& counters() const { return counters_; }
+  /// What views are aligned with: to be saved with the map.
+  const nav::SurfacePoints& surfaces() const { return surfaces_; }
 
  private:
   void count();

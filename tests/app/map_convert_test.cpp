@@ -66,6 +66,20 @@ TEST_F(MapConvert, KeepsAllThereIsInItsOwnFormatAndOctomaps) {
   EXPECT_THAT(files(), testing::UnorderedElementsAre("map.ot", "map.hmap", "again.ot"));
 }
 
+TEST_F(MapConvert, KeepsSurfacesInItsOwnFormatAndSaysWhereTheyAreLost) {
+  nav::SurfacePoints surfaces(map_.resolution());
+  ASSERT_TRUE(surfaces.restore({.key = 7, .weight = 100, .count = 2, .doubt = 0, .first = {}, .second = {}}));
+  std::ofstream file(folder_ / "map.hmap", std::ios::binary);
+  nav::write_map_file(map_, surfaces, file);
+  file.close();
+  EXPECT_THAT(convert(folder_ / "map.hmap", folder_ / "again.hmap").said, EndsWith("again.hmap: written\n"));
+  EXPECT_TRUE(nav::read_saved_map(folder_ / "again.hmap").surfaces.saved() == surfaces.saved());
+  EXPECT_THAT(convert(folder_ / "map.hmap", folder_ / "again.ot").said,
+              EndsWith("again.ot: written, without where within voxels surfaces lie\n"));
+  EXPECT_THAT(convert(folder_ / "map.hmap", folder_ / "again.bt").said,
+              HasSubstr("surfaces lie, and without how sure"));
+}
+
 TEST_F(MapConvert, SaysInOneLineWhatIsLost) {
   EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.bt").said,
               HasSubstr("map.bt: written, without how sure"));

@@ -2,6 +2,7 @@
 #include "nav/localise.h"
 
 #include <cmath>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -9,6 +10,7 @@
 
 #include "hal/error.h"
 #include "known_room.h"
+#include "nav/cold_map_file.h"
 
 namespace headway::nav {
 namespace {
@@ -54,6 +56,24 @@ TEST(Localiser, FindsAChangeWithinTheCovarianceThatItGives) {
   EXPECT_GT(squares / directions, 0.7) << "more modest than it need be";
   EXPECT_LT(squares / directions, 1.3) << "more sure than it can be";
   EXPECT_LE(beyond, 1);
+}
+
+TEST(Localiser, FindsTheSameWithAMapThatWasSavedAndRestored) {
+  std::mt19937_64 random(11);
+  KnownRoom known(random_room(random));
+  known.look_around(kEye, 1);
+  const Isometry3d pose = any_pose(random);
+  const Vector3d change(0.03, -0.02, 0.01), sigma(0.03, 0.03, 0.01);
+  const Alignment before = known.align(pose, change, 77, sigma);
+  ASSERT_TRUE(before);
+  std::stringstream file;
+  write_map_file(known.map, known.surfaces, file);
+  known.surfaces = SurfacePoints(known.map.resolution());
+  EXPECT_FALSE(known.align(pose, change, 77, sigma)) << "without the surfaces nothing is aligned";
+  known.surfaces = read_saved_map(file, "room.hmap").surfaces;
+  const Alignment after = known.align(pose, change, 77, sigma);
+  EXPECT_EQ(after.change, before.change);
+  EXPECT_EQ(after.information, before.information);
 }
 
 TEST(Localiser, IsExactToMillimetresWhereItSaysSo) {

@@ -64,14 +64,14 @@ class Mutation {
 
 TEST(MapFiles, AreReadOrRefusedHoweverMutated) {
   const std::vector<std::string> whole = whole_inputs();
-  ASSERT_EQ(whole.size(), readers().size());
+  ASSERT_GE(whole.size(), readers().size());
   for (const std::string& input : whole)
     EXPECT_TRUE(is_map(input)) << "reader " << static_cast<int>(input[0]);
   Mutation mutation(1);
   std::vector<int> refused(whole.size());
   for (int round = 0; round < kRounds; ++round) {
-    const std::size_t reader = static_cast<std::size_t>(round) % whole.size();
-    refused[reader] += !is_map(mutation.of(whole[reader], whole));
+    const std::size_t input = static_cast<std::size_t>(round) % whole.size();
+    refused[input] += !is_map(mutation.of(whole[input], whole));
   }
   for (const int n : refused) {
     EXPECT_GT(n, kRounds / 100);
