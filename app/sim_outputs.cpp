@@ -134,7 +134,8 @@ Json levelling_report(const nav::Levelling& levelling) {
           {"height_m", rounded(levelling.height())},
           {"fitted", counts.fitted},
           {"unseen", counts.unseen},
-          {"refused", counts.refused}};
+          {"refused", counts.refused},
+          {"revised", counts.revised}};
 }
 
 Json false_obstacles_report(const SimSession& session) {

@@ -77,15 +77,46 @@ TEST(Levelling, LeavesPosesAloneThatAreRight) {
 TEST(Levelling, ChangesOnlySlowlyOnceItKnows) {
   Levelling levelling;
   const Isometry3d truth = look_ahead(2);
-  for (int k = 0; k < 30; ++k)
+  for (int k = 0; k < 40; ++k)
     levelling.level(noisy_look({}, truth, static_cast<std::uint64_t>(k)), truth, at_seconds(0.1 * k));
   const double before = levelling.tilt();
   const std::uint64_t refused = levelling.counters().refused;
-  for (int k = 30; k < 60; ++k)
+  for (int k = 40; k < 70; ++k)
     levelling.level(noisy_look({}, truth, static_cast<std::uint64_t>(k)), assumed(truth, {1.2 * kDegree}),
                     at_seconds(0.1 * k));
   EXPECT_EQ(levelling.counters().refused, refused + 30) << "as a ramp that begins before the robot";
   EXPECT_NEAR(levelling.tilt(), before, 1e-9);
+}
+
+/// Started on a slope within the limits, which the first views make the head's error.
+TEST(Levelling, FindsItsLevelAgainWhenViewsGoOnToDisagree) {
+  for (const double slope : {0.8, 1.2, 1.6, 1.9}) {
+    Levelling levelling;
+    const Isometry3d truth = look_ahead(2);
+    int k = 0;
+    const auto look_with = [&](const HeadError& error) {
+      const auto seed = static_cast<std::uint64_t>(k);
+      return levelling.level(noisy_look({}, truth, seed), assumed(truth, error), at_seconds(0.1 * k++));
+    };
+    while (k < 20) look_with({slope * kDegree});
+    EXPECT_NEAR(levelling.tilt(), slope * kDegree, 0.15 * kDegree);
+    Isometry3d found;
+    while (k < 45) found = look_with({});
+    EXPECT_LT(off_level(found, truth), 0.15 * kDegree) << slope << " deg";
+    EXPECT_LE(levelling.counters().revised, 1U);
+  }
+}
+
+TEST(Levelling, BelievesNoViewsThatDisagreeAmongEachOther) {
+  Levelling levelling;
+  const Isometry3d truth = look_ahead(2);
+  for (int k = 0; k < 10; ++k)
+    levelling.level(noisy_look({}, truth, static_cast<std::uint64_t>(k)), truth, at_seconds(0.1 * k));
+  for (int k = 10; k < 100; ++k)
+    levelling.level(noisy_look({}, truth, static_cast<std::uint64_t>(k)),
+                    assumed(truth, {(k / 5 % 2 == 0 ? 1.2 : -1.2) * kDegree}), at_seconds(0.1 * k));
+  EXPECT_EQ(levelling.counters().revised, 0U);
+  EXPECT_LT(std::abs(levelling.tilt()), 0.1 * kDegree);
 }
 
 TEST(Levelling, KeepsWhatItKnowsWhereNoFloorIsSeen) {
