@@ -57,14 +57,15 @@ void FloorFitter::take(const vision::RangeView& view, const Eigen::Isometry3d& m
     for (int u = step / 2; u < view.camera.width; u += step) {
       const std::size_t i = view.index(u, v);
       const auto z = static_cast<double>(view.depth[i]);
-      if (!(z > 0) || (!view.weight.empty() && !(view.weight[i] >= kLeastWeight))) continue;
+      const auto sigma_z = static_cast<double>(view.sigma_depth[i]);
+      if (!(z > 0 && std::isfinite(z) && sigma_z > 0 && std::isfinite(sigma_z))) continue;
+      if (!view.weight.empty() && !(view.weight[i] >= kLeastWeight)) continue;
       const Vector3d ray = map_from_view.linear() * view.camera.point(u, v, 1);
       const double floor_depth = eye / -ray.z(), distance = floor_depth * ray.head<2>().norm();
       if (!(floor_depth >= view.near && floor_depth <= view.far)) continue;
       if (distance < kNearest || distance > config_.range) continue;
       // z (eye / z + ray.z) is the point's height: eye + z ray.z = height + z slope . ray, over z.
-      const double sigma =
-          std::hypot(eye * static_cast<double>(view.sigma_depth[i]) / (z * z), kFinest / floor_depth);
+      const double sigma = std::hypot(eye * sigma_z / (z * z), kFinest / floor_depth);
       const Point point{{1 / z, ray.x(), ray.y()}, eye / z + ray.z(), sigma, floor_depth};
       const double height = point.right * floor_depth;
       const double reach = kBand + config_.greatest_height + config_.widest_tilt * distance;
