@@ -154,7 +154,7 @@ class PriceRows {
     for (int i = 0; i < kChunkCells; i += lanes16()) {
       V best = beyond;
       for (int dx = -range; dx <= range; ++dx)
-        best = hn::Min(best, hn::Add(hn::LoadU(d16, squared_ + x + i + dx), set16(dx * dx)));
+        best = hn::Min(best, hn::SaturatedAdd(hn::LoadU(d16, squared_ + x + i + dx), set16(dx * dx)));
       hn::StoreU(best, d16, distance2 + i);
     }
     return true;
@@ -211,9 +211,10 @@ FloorPrices::FloorPrices(const PlannerConfig& config, const GaitLimits& gait, do
     : range_(whole_cells(config.near_range, resolution)),
       corridor_(whole_cells(config.corridor, resolution)) {
   if (range_ > kFarthest || corridor_ > kFarthest / 2) {
-    throw InputError("planner: near_range: spans " + std::to_string(range_) + " cells and corridor " +
-                     std::to_string(corridor_) + ", expected at most " + std::to_string(kFarthest) +
-                     " and half of it");
+    const bool range = range_ > kFarthest;
+    throw InputError(std::string("planner: ") + (range ? "near_range" : "corridor") + ": spans " +
+                     std::to_string(range ? range_ : corridor_) + " cells, expected at most " +
+                     std::to_string(range ? kFarthest : kFarthest / 2));
   }
   const double straight = gait.forward_seconds(resolution), diagonal = std::numbers::sqrt2 * straight;
   const auto prices = [&](double share) -> Prices {

@@ -25,7 +25,7 @@ struct GroundRaster {
 
 class FloorPrices {
  public:
-  /// Throws InputError when near_range spans more than 250 cells.
+  /// Throws InputError when near_range spans more than 250 cells, or corridor more than 125.
   FloorPrices(const PlannerConfig& config, const GaitLimits& gait, double resolution, double tick);
 
   /// Finds anew the prices of the rows and chunks (both inclusive, within the raster).

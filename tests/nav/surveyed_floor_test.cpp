@@ -134,6 +134,24 @@ TEST(SurveyedFloor, IsTheSameOnEveryInstructionSet) {
   }
 }
 
+TEST(FloorPrices, AreThoseOfTheTextbookAsFarAsARangeMaySpan) {
+  Dice dice(24);
+  for (const int cells : {180, 181, 215, 250}) {
+    PlannerConfig config;
+    config.start_is_free = false;
+    config.near_range = 0.01 * cells;
+    FloorMap map = random_floor(640, 3, 0.01, dice);
+    std::fill(map.cells.begin(), map.cells.end(), Floor::kFree);
+    map.cells[map.grid.index({300, 1})] = Floor::kBlocked;
+    Surveyor surveyor(config, {0.01, 0.01, 0, 0}, 0.01);
+    surveyor.update(map);
+    const TextbookSearch textbook(map, config, {}, surveyor.masks);
+    for (int x = 0; x < map.grid.width; ++x)
+      ASSERT_EQ(surveyor.floor.chunks().price(x, 1, false), textbook.price({x, 1}, false))
+          << cells << ": " << x;
+  }
+}
+
 TEST(FloorPrices, RefuseARangeOfTooManyCells) {
   PlannerConfig config;
   config.near_range = 3;
