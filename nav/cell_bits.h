@@ -1,6 +1,7 @@
 // One bit per cell of the floor.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -30,6 +31,17 @@ class CellBits {
     std::uint64_t& bits = *word(x / 64, y);
     const std::uint64_t bit = std::uint64_t{1} << (x % 64);
     bits = value ? bits | bit : bits & ~bit;
+  }
+
+  /// Sets the bits of the cells x = 0 .. width - 1 for which `is(x)` holds.
+  template <class Is>
+  void add_row(int y, int width, const Is& is) {
+    for (int w = 0; 64 * w < width; ++w) {
+      const int cells = std::min(64, width - 64 * w);
+      std::uint64_t bits = 0;
+      for (int i = 0; i < cells; ++i) bits |= static_cast<std::uint64_t>(is(64 * w + i)) << i;
+      *word(w, y) |= bits;
+    }
   }
 
   /// The word of the cells x = 0..63. Any row number will do.

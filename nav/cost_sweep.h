@@ -7,6 +7,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <vector>
 
 #include "nav/floor_chunks.h"
@@ -44,7 +46,7 @@ class CostTable {
   CostChunk& at(int y, int i) { return chunks_[index(y, i)]; }
   const CostChunk& at(int y, int i) const { return chunks_[index(y, i)]; }
   CostChunk& operator[](std::size_t index) { return chunks_[index]; }
-  static void forget(CostChunk& c) { std::fill_n(&c.cost[0][0], kLayers * kChunkCells, kTooDear); }
+  static void forget(CostChunk& c) { std::memset(&c, 0xff, sizeof c); }  // kTooDear
   std::size_t size() const { return chunks_.size(); }
 
  private:
@@ -115,7 +117,16 @@ struct CostSweep {
   std::size_t relaxed = 0, budget = 0;  ///< chunks worked on, and how many may be
 
   /// What the goal costs from the start, as known so far.
-  Ticks at_start() const;
+  Ticks at_start() const {
+    const CostChunk& chunk = table.at(query.start.y(), query.start.x() / kChunkCells);
+    const int lane = query.start.x() % kChunkCells;
+    Ticks best = kTooDear;
+    for (int h = 0; h < kHeadings; ++h) {
+      const Ticks on = std::min(chunk.cost[h][lane], chunk.cost[kHeadings + h][lane]);
+      best = std::min(best, sum(query.start_cost[static_cast<std::size_t>(h)], on));
+    }
+    return best;
+  }
   /// Changes are passed on when their cost and the least that the way from the start costs lie below.
   std::uint32_t bound() const {
     const auto known = static_cast<std::uint32_t>(at_start());
@@ -123,7 +134,12 @@ struct CostSweep {
     return std::min(threshold, known * 16 / static_cast<std::uint32_t>(weight) + 1);
   }
   /// At least so much costs the way from the start to any cell of a chunk.
-  std::uint32_t least_from_start(int y, int i) const;
+  std::uint32_t least_from_start(int y, int i) const {
+    const int first = i * kChunkCells, last = first + kChunkCells - 1, x = query.start.x();
+    const int dx = std::max({first - x, x - last, 0}), dy = std::abs(y - query.start.y());
+    const int straight = costs.least[0], diagonal = std::min<int>(costs.least[1], 2 * straight);
+    return static_cast<std::uint32_t>(straight * std::abs(dx - dy) + diagonal * std::min(dx, dy));
+  }
 };
 
 }  // namespace headway::nav

@@ -219,24 +219,6 @@ HWY_EXPORT(begin_sweeps);
 
 }  // namespace
 
-Ticks CostSweep::at_start() const {
-  const CostChunk& chunk = table.at(query.start.y(), query.start.x() / kChunkCells);
-  const int lane = query.start.x() % kChunkCells;
-  Ticks best = kTooDear;
-  for (int h = 0; h < kHeadings; ++h) {
-    const Ticks on = std::min(chunk.cost[h][lane], chunk.cost[kHeadings + h][lane]);
-    best = std::min(best, sum(query.start_cost[static_cast<std::size_t>(h)], on));
-  }
-  return best;
-}
-
-std::uint32_t CostSweep::least_from_start(int y, int i) const {
-  const int first = i * kChunkCells, last = first + kChunkCells - 1, x = query.start.x();
-  const int dx = std::max({first - x, x - last, 0}), dy = std::abs(y - query.start.y());
-  const int straight = costs.least[0], diagonal = std::min<int>(costs.least[1], 2 * straight);
-  return static_cast<std::uint32_t>(straight * std::abs(dx - dy) + diagonal * std::min(dx, dy));
-}
-
 void CostToGoal::begin(const CostQuery& query, std::uint32_t expected) {
   CostSweep& s = sweep_;
   for (const ChunkPlace& c : s.touched_list) {

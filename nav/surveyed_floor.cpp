@@ -1,6 +1,7 @@
 #include "nav/surveyed_floor.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -15,8 +16,9 @@ constexpr int kNoCell = std::numeric_limits<int>::max();
 }  // namespace
 
 bool SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
-  const bool other_size = raster_.width != map.grid.width || raster_.height != map.grid.height;
-  if (other_size)
+  const bool other_size = chunks_.width() != map.grid.width || chunks_.height() != map.grid.height;
+  if (other_size) chunks_.reset(map.grid.width, map.grid.height);
+  if (other_size || raster_.width == 0)
     begin(map);
   else
     compare(map);
@@ -31,15 +33,22 @@ bool SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
 void SurveyedFloor::begin(const FloorMap& map) {
   const int width = map.grid.width, height = map.grid.height;
   map_ = map.cells;
-  ground_.assign(map.cells.size(), Ground::kFree);
+  ground_.resize(map.cells.size());
+  std::array<Ground, 3> grounds{};
+  for (const Floor f : {Floor::kUnseen, Floor::kFree, Floor::kBlocked})
+    grounds[static_cast<std::size_t>(f)] = ground_of(f, unseen_);
+  std::transform(map_.begin(), map_.end(), ground_.begin(),
+                 [&](Floor f) { return grounds[static_cast<std::size_t>(f)]; });
   raster_ = {width, height, ground_.data()};
   blocked_.reset(width, height, true);
   tight_.reset(width, height, false);
   tight_cells_ = 0;
   near_ = {};
-  chunks_.reset(width, height);
   changed_.assign(static_cast<std::size_t>(height), {0, width - 1});
-  for (int y = 0; y < height; ++y) take_row(map, y, 0, width - 1);
+  for (int y = 0; y < height; ++y) {
+    const Ground* row = raster_.row(y);
+    blocked_.add_row(y, width, [row](int x) { return row[x] == Ground::kBlocked; });
+  }
 }
 
 void SurveyedFloor::compare(const FloorMap& map) {
