@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kFramesToLevel = 6;  // looked at twice: first to find up and the floor
+constexpr std::size_t kFramesToLevel = 6;  // to find up and the floor by
 constexpr std::size_t kSurfelsPerFrame = 4000;
 constexpr std::size_t kMostCloudPoints = 1'500'000;
 // Recorded poses may be off level by more than a robot's head.

@@ -20,7 +20,6 @@ constexpr float kMostSteps = 32767;
 
 // Added to a float of less than 2^22 it leaves the nearest whole number in the lower bits.
 constexpr float kToWhole = 12582912;  // 1.5 * 2^23
-constexpr std::uint32_t kToWholeBits = 0x4b400000;
 
 /// Coordinates of the camera's frame in steps of depth, X and Y times the focal length (so that X/Z is in
 /// samples), as linear forms of a voxel's whole coordinates x, y, z and 1.
@@ -39,7 +38,6 @@ struct Sweep {
   int width, height;        // samples
   const SampleWord* words;  // with the ring
   std::int32_t stride;
-  std::int32_t first_word;  // makes up for what kToWhole leaves in a row and a column
   const DepthBounds* bounds;
   const SampleClasses* classes;
   VoxelMarks* marks;

@@ -316,8 +316,6 @@ void update_bricks(const SeenSpace& seen, Time stamp, VoxelMap& map, Integration
   s.height = samples.words().height();
   s.words = samples.words().data();
   s.stride = static_cast<std::int32_t>(samples.words().stride());
-  s.first_word = static_cast<std::int32_t>(
-      0U - kToWholeBits * (static_cast<std::uint32_t>(samples.words().stride()) + 1));
   s.bounds = &samples.bounds();
   s.classes = &seen.classes;
   s.marks = &seen.marks;

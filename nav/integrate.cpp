@@ -59,7 +59,9 @@ IntegrationStats Integrator::integrate(VoxelMap& map, const vision::RangeView& v
                         ((map_from_camera.translation() - map.lowest()) * per_metre).cast<float>(),
                         map.bricks()};
   s.marks.reset(map.brick_count());
-  s.samples.take(view, config_, map.resolution(), map_from_camera.linear(),
+  const RowsRead rows = map.views() % 2 == 0 ? RowsRead::kOuter : RowsRead::kInner;
+  map.count_view();
+  s.samples.take(view, config_, {map.resolution(), rows}, map_from_camera.linear(),
                  map_from_body.inverse() * map_from_camera, frame, s.marks);
   IntegrationStats stats;
   stats.samples = s.samples.used();

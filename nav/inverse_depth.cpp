@@ -334,8 +334,8 @@ OutRow out_row(InverseDepth& image, int y) { return {image.w.row(y), image.sigma
 
 }  // namespace
 
-void DepthReducer::reduce(const vision::RangeView& view, float least_weight, float resolution, int reduction,
-                          InverseDepth& out) {
+void DepthReducer::reduce(const vision::RangeView& view, float least_weight, float resolution,
+                          Reduction reduction, InverseDepth& out) {
   const int width = view.camera.width, height = view.camera.height;
   const auto near = std::max(static_cast<float>(view.near), 1e-3F);  // what is missing may also read as 0
   const float horizon = kHorizon * static_cast<float>(view.far);
@@ -346,10 +346,10 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
     return {row(upper), row(lower), width, near, horizon, least_weight};
   };
   const auto halved = [](int size) { return (size + 1) / 2; };
-  if (reduction == 1) {
+  if (reduction.times == 1) {
     out.reset(width, height);
     for (int y = 0; y < height; ++y) HWY_DYNAMIC_DISPATCH(keep_pixels)(rows(y, y), out_row(out, y));
-  } else if (reduction == 2) {
+  } else if (reduction.times == 2) {
     out.reset(halved(width), halved(height));
     for (int y = 0; y < out.w.height(); ++y)
       HWY_DYNAMIC_DISPATCH(halve_once)(rows(2 * y, 2 * y + 1), resolution, out_row(out, y));
@@ -358,8 +358,9 @@ void DepthReducer::reduce(const vision::RangeView& view, float least_weight, flo
     half_.nearness.reset(halved(width), 1);
     half_.sigma.reset(halved(width), 1);
     const OutRow half{half_.nearness.row(0), half_.sigma.row(0), half_.nearness.width()};
+    const int upper = reduction.rows == RowsRead::kInner ? 1 : 0, lower = 3 - upper;
     for (int y = 0; y < out.w.height(); ++y) {
-      HWY_DYNAMIC_DISPATCH(halve_first)(rows(4 * y, 4 * y + 3), resolution, half);
+      HWY_DYNAMIC_DISPATCH(halve_first)(rows(4 * y + upper, 4 * y + lower), resolution, half);
       HWY_DYNAMIC_DISPATCH(halve_second)(half, horizon, resolution, out_row(out, y));
     }
   }

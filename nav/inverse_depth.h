@@ -20,15 +20,23 @@ struct InverseDepth {
   }
 };
 
+/// Which two of four rows are read of a view made four times smaller: the others err much as they do. Views
+/// take turns, so that nothing two pixels high goes unseen however still the camera stands.
+enum class RowsRead { kOuter, kInner };
+
+/// What becomes of a view's size: 1/`times` (1, 2 or 4) of it.
+struct Reduction {
+  int times;
+  RowsRead rows = RowsRead::kOuter;
+};
+
 /// Makes views smaller; keeps its memory.
 class DepthReducer {
  public:
-  /// The view at 1/`reduction` of its size (1, 2 or 4). Of each block of 2x2 pixels that is taken together,
-  /// the mean of the nearest two or more that lie on one surface, so that thin things stay and a lone wrong
-  /// pixel does not. Pixels nearer than the view's near, or with less inlier weight than `least_weight`, are
-  /// unknown. At a quarter of the size only the first and the last of four rows are read: those between err
-  /// much as they do. `resolution` is a voxel's edge [m].
-  void reduce(const vision::RangeView& view, float least_weight, float resolution, int reduction,
+  /// Of each block of 2x2 pixels that is taken together, the mean of the nearest two or more that lie on one
+  /// surface, so that thin things stay and a lone wrong pixel does not. Pixels nearer than the view's near,
+  /// or with less inlier weight than `least_weight`, are unknown. `resolution` is a voxel's edge [m].
+  void reduce(const vision::RangeView& view, float least_weight, float resolution, Reduction reduction,
               InverseDepth& out);
 
  private:

@@ -395,17 +395,18 @@ void DepthBounds::build(const RingImage<SampleWord>& samples) {
   }
 }
 
-void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
-                        const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera,
-                        const MarkFrame& frame, VoxelMarks& marks) {
+void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& config,
+                        const Sampling& sampling, const Eigen::Matrix3d& map_from_camera,
+                        const Eigen::Isometry3d& body_from_camera, const MarkFrame& frame,
+                        VoxelMarks& marks) {
   // A voxel at the far end should still be about as wide as a sample.
-  const double pixels_per_voxel = view.camera.focal * resolution / view.far;
+  const double pixels_per_voxel = view.camera.focal * sampling.resolution / view.far;
   const int reduction = pixels_per_voxel >= 4 ? 4 : pixels_per_voxel >= 2 ? 2 : 1;
   set_camera(view.camera, reduction);
   near_ = static_cast<float>(view.near);
   far_ = static_cast<float>(view.far);
-  const auto edge = static_cast<float>(resolution);
-  reducer_.reduce(view, static_cast<float>(config.least_weight), edge, reduction, rough_);
+  const auto edge = static_cast<float>(sampling.resolution);
+  reducer_.reduce(view, static_cast<float>(config.least_weight), edge, {reduction, sampling.rows}, rough_);
   rejected_ = used_ = 0;
   farthest_ = widest_ = 0;
   if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
@@ -424,8 +425,8 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
                           cy_,
                           far_,
                           steps_per_metre_,
-                          static_cast<float>(kThickness * resolution / 2),
-                          static_cast<float>(config.longest_hit * resolution),
+                          static_cast<float>(kThickness * sampling.resolution / 2),
+                          static_cast<float>(config.longest_hit * sampling.resolution),
                           edge,
                           static_cast<float>(config.free_sigmas),
                           static_cast<float>(config.hit_sigmas),

@@ -68,11 +68,16 @@ class DepthBounds {
   std::vector<Word> tiles_, overlapping_;
 };
 
+/// How finely a view is to be read.
+struct Sampling {
+  double resolution;  ///< a voxel's edge [m]
+  RowsRead rows;      ///< where the view is read at a quarter of its size
+};
+
 class RangeSamples {
  public:
-  /// Takes a view in, and marks in `marks` the voxels that the edges of its surfaces lie in. `resolution` is
-  /// a voxel's edge [m].
-  void take(const vision::RangeView& view, const IntegrationConfig& config, double resolution,
+  /// Takes a view in, and marks in `marks` the voxels that the edges of its surfaces lie in.
+  void take(const vision::RangeView& view, const IntegrationConfig& config, const Sampling& sampling,
             const Eigen::Matrix3d& map_from_camera, const Eigen::Isometry3d& body_from_camera,
             const MarkFrame& frame, VoxelMarks& marks);
 

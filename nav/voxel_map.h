@@ -126,6 +126,10 @@ class VoxelMap {
     note_change(brick % column_changed_.size());
   }
 
+  /// Views integrated so far.
+  std::uint64_t views() const { return views_; }
+  void count_view() { ++views_; }
+
   /// Changes of anything known so far: of values, of when a floor column was seen, and of the window's place.
   std::uint64_t changes() const { return changes_; }
   /// What `changes` was after the last one in a column of bricks (x, y) of the window; 0 before the first.
@@ -187,7 +191,7 @@ class VoxelMap {
   std::vector<BrickSummary> summaries_;
   std::vector<std::uint8_t> emptied_;  ///< of bricks
   std::vector<Time> floor_seen_;       ///< of columns of voxels
-  std::uint64_t changes_ = 0;
+  std::uint64_t views_ = 0, changes_ = 0;
   std::vector<std::uint64_t> column_changed_;  ///< of columns of bricks
 };
 

@@ -200,6 +200,42 @@ TEST(Integrate, SeesAPoleThinnerThanAVoxelInEveryView) {
   }
 }
 
+/// Two pixels wide, wherever they fall among those that are read together, and the robot stands still.
+TEST(Integrate, SeesLevelAndUprightBarsOfTwoPixelsAtEveryReduction) {
+  for (const double far : {12.0, 5.0, 3.0}) {  // the view as it is, at half, and at a quarter of its size
+    for (const bool level : {false, true}) {
+      for (int phase = 0; phase < 4; ++phase) {
+        SCOPED_TRACE(testing::Message()
+                     << "far " << far << (level ? ", level" : ", upright") << " at " << phase);
+        VoxelMap map = room_map();
+        Integrator integrator;
+        WallView wall(2.5, 0.02);
+        wall.view.far = far;
+        const int u = 80 + phase, v = 120 + phase;
+        if (level)
+          wall.put(0, v, 169, v + 1, 1.5F);
+        else
+          wall.put(u, 0, u + 1, 239, 1.5F);
+        for (int frame = 0; frame < 20; ++frame)
+          integrator.integrate(map, wall.view, wall.pose, at_seconds(frame));
+        for (double along = -0.3; along < 0.3; along += 0.05) {
+          const auto at = [&](double beside, double x) {
+            const vision::PinholeCamera& c = wall.view.camera;
+            const Vector3d p = level ? c.point(c.cx, v + 0.5, 1.5) : c.point(u + 0.5, c.cy, 1.5);
+            const Vector3d middle = wall.pose * p;
+            return map.at_point(level ? Vector3d(x, along, middle.z() + beside)
+                                      : Vector3d(x, middle.y() + beside, 1 + along));
+          };
+          bool there = false;
+          for (const double x : {1.475, 1.525})
+            for (const double beside : {-0.03, 0.0, 0.03}) there |= at(beside, x) == Voxel::kOccupied;
+          EXPECT_TRUE(there) << along;
+        }
+      }
+    }
+  }
+}
+
 TEST(Integrate, LetsAnOutlierLeaveNoTrace) {
   VoxelMap map = room_map();
   WallView wall(2.02);

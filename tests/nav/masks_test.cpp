@@ -8,7 +8,6 @@
 
 #include "hal/error.h"
 #include "nav/ground.h"
-#include "nav/mask_dilation.h"
 #include "nav/turn_room.h"
 #include "tests/nav/cell_set.h"
 #include "tests/nav/random_floor.h"
