@@ -18,7 +18,7 @@ constexpr double kFarthestOff = 2;  // how far beyond the map the picture may re
 // Blue, green, red.
 const Colour kFree{250, 250, 250}, kUnseen{196, 190, 184}, kBlocked{72, 62, 56}, kOutside{222, 218, 214};
 const Colour kBody{200, 160, 60}, kTrail{150, 30, 130}, kBelieved{210, 130, 220}, kTruth{60, 60, 200},
-    kCollision{20, 20, 230};
+    kFormerPath{190, 170, 120}, kCollision{20, 20, 230};
 const Colour kStart{110, 110, 110}, kGoal{40, 40, 220}, kRobot{160, 90, 10};
 
 using Line = std::vector<Eigen::Vector2d>;
@@ -63,7 +63,8 @@ void include_layers(const FloorLayers& layers, const nav::FloorGrid& grid, Frame
     frame.include(grid.cell(p.cwiseMax(lowest - Eigen::Vector2d::Constant(kFarthestOff))
                                 .cwiseMin(highest + Eigen::Vector2d::Constant(kFarthestOff))));
   };
-  for (const Line* line : {&layers.path, &layers.trail, &layers.believed_trail, &layers.collisions}) {
+  for (const Line* line :
+       {&layers.path, &layers.former_path, &layers.trail, &layers.believed_trail, &layers.collisions}) {
     std::for_each(line->begin(), line->end(), include);
   }
   for (const Line& line : layers.obstacles) std::for_each(line.begin(), line.end(), include);
@@ -264,6 +265,7 @@ std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
   add(layers.start.has_value(), kStart, "start", Shape::kDot);
   add(layers.goal.has_value(), kGoal, "goal", Shape::kDot);
   add(layers.robot.has_value(), kRobot, "robot", Shape::kFrame);
+  add(!layers.former_path.empty(), kFormerPath, "path before", Shape::kLine);
   add(!layers.path.empty(), colours::kPath, "path", Shape::kLine);
   add(!layers.waist.empty(), colours::kPurple, "waist", Shape::kLine);
   add(!layers.zmp.empty(), colours::kInk, "ZMP", Shape::kLine);
@@ -291,6 +293,7 @@ cv::Mat floor_picture(const nav::FloorMap& floor, const FloorLayers& layers,
   draw_axes(plan, config.title);
   if (!layers.bodies.empty()) draw_bodies(layers, plan);
   for (const Line& line : layers.obstacles) plan.line(line, true, kTruth, 2);
+  plan.line(layers.former_path, false, kFormerPath, 3);
   plan.line(layers.path, false, colours::kPath, 3);
   draw_feet(layers, plan);
   plan.line(layers.waist, false, colours::kPurple, 2);

@@ -41,7 +41,7 @@ struct FootPrint {
 /// What is drawn over a floor map, all in the map frame [m]. Whatever is empty is not drawn, nor named in the
 /// legend.
 struct FloorLayers {
-  std::vector<Eigen::Vector2d> path;  ///< polyline
+  std::vector<Eigen::Vector2d> path, former_path;  ///< polylines
   std::vector<FootPrint> feet;
   std::vector<Eigen::Vector2d> zmp, waist;  ///< along a walk
   std::vector<Pose2> bodies;                ///< base poses: the body's outline with its clearance there

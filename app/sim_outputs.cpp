@@ -158,6 +158,30 @@ Json findings_report(const std::vector<SimSightFinding>& findings) {
   return out;
 }
 
+/// What moved before the robot's eyes, and how soon it answered.
+Json moving_report(const SimSession& session) {
+  const ReactionCheck& check = session.reactions();
+  const double period = 1 / session.robot().simulation.frame_rate;
+  Json seen = Json::array(), answered = Json::array();
+  for (const ReactionCheck::Sighting& s : check.sightings())
+    seen.push_back({{"thing", session.scene().world().moving[s.thing].thing.name},
+                    {"set_off_s", rounded(to_seconds(s.set_off), 3)},
+                    {"seen_s", rounded(to_seconds(s.seen), 3)},
+                    {"visible_to_contact_s", rounded(s.warning, 3)}});
+  for (const ReactionCheck::Reaction& r : check.reactions())
+    answered.push_back({{"shown_s", rounded(to_seconds(r.shown), 3)},
+                        {"frame_periods", rounded(to_seconds(r.handed - r.shown) / period, 3)},
+                        {"frames", r.frames},
+                        {"stopped", r.stopped}});
+  return {{"seen", seen}, {"answered", answered}};
+}
+
+Json body_mask_report(const BodyMaskCheck& check) {
+  return {{"samples", check.samples()},
+          {"outside_mask", check.outside()},
+          {"farthest_m", rounded(check.farthest(), 3)}};
+}
+
 Json map_memory(const runtime::Mapper& mapper) {
   const Eigen::Vector3d window = mapper.voxels().highest() - mapper.voxels().lowest();
   const auto mib = [](std::size_t bytes) { return rounded(static_cast<double>(bytes) / (1 << 20), 2); };
@@ -204,6 +228,8 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["threats"] = mission.threats;
   report["look_arounds"] = mission.look_arounds;
   report["views"] = session.mission().views_taken();
+  report["moving"] = moving_report(session);
+  report["body_mask"] = body_mask_report(session.body_mask());
   report["frames"] = {{"used", frames.frames},
                       {"lost", frames.lost},
                       {"no_pose", frames.no_pose},
@@ -310,12 +336,13 @@ void SimOutputs::keep_replan(const runtime::FrameSnapshot& snapshot) {
   // Of all changes of plan, the one that leads farthest away from the plan before it is shown.
   const auto path = polyline(snapshot.mission.walk()->path, snapshot.mapper.floor().grid);
   const double change = farthest(path, last_path_);
-  last_path_ = path;
+  const auto former = std::exchange(last_path_, path);
   if (change <= replan_change_) return;
   replan_change_ = change;
   replan_.clear();
-  replan_.push_back({"replan", floor(snapshot.mapper, snapshot.mission, snapshot.bus,
-                                     fmt::format("replanned at {:.1f} s", to_seconds(session_.now())))});
+  replan_.push_back(
+      {"replan", floor(snapshot.mapper, snapshot.mission, snapshot.bus,
+                       fmt::format("replanned at {:.1f} s", to_seconds(session_.now())), former)});
   if (snapshot.picture) replan_.push_back({"replan_left", image_picture(*snapshot.picture)});
 }
 
@@ -340,8 +367,11 @@ FloorLayers SimOutputs::layers() const {
 }
 
 cv::Mat SimOutputs::floor(const runtime::Mapper& mapper, const runtime::Mission& mission,
-                          const runtime::BusReport& bus, const std::string& title) const {
+                          const runtime::BusReport& bus, const std::string& title,
+                          std::vector<Eigen::Vector2d> former_path) const {
   FloorLayers layers = this->layers();
+  if (!former_path.empty()) layers.obstacles = outlines(session_.scene());
+  layers.former_path = std::move(former_path);
   layers.robot = bus.committed.stance.base();
   if (const auto& walk = mission.walk()) {
     const std::size_t done =

@@ -37,7 +37,7 @@ class SimOutputs {
   void take_walk(const runtime::FrameSnapshot& snapshot);
   void keep_replan(const runtime::FrameSnapshot& snapshot);
   cv::Mat floor(const runtime::Mapper& mapper, const runtime::Mission& mission, const runtime::BusReport& bus,
-                const std::string& title) const;
+                const std::string& title, std::vector<Eigen::Vector2d> former_path = {}) const;
   std::vector<FootPrint> walked_feet() const;
   FloorLayers layers() const;
 

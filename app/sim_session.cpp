@@ -198,17 +198,25 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
       frames_(frame_config(robot_, options), make_eyes(), mapper_, mission_, *links_, stopwatch_),
       lockstep_(
           {sim::SimRobot::kPeriod, robot_.simulation.charge}, clock_, [this](Time now) { move_world(now); },
-          bus_loop_, frames_) {
+          bus_loop_, frames_),
+      onlooker_{[this](const Eigen::Vector3d& p) { return in_sight(p); },
+                robot_.mission.outline.bare().reach(),
+                robot_.mission.gait.forward / to_seconds(robot_.mission.gait.step_duration)},
+      reactions_(robot_.mission.outline, robot_.mapper.floor, onlooker_),
+      body_mask_(robot_.mission.outline, mapper_.floor().grid) {
   body_.on_exposure([this](Time t, const Eigen::Isometry3d& map_from_camera) {
     if (stereo_camera_) stereo_camera_->expose(t, map_from_camera);
     const Eigen::Isometry3d map_from_view = map_from_camera * eyes_->left_from_view();
     if (depth_camera_) depth_camera_->expose(t, map_from_view);
     precision_.expose(t, scene_, camera_, map_from_view);
+    reactions_.expose(t, scene_, camera_, {robot_.rig.nearest, robot_.rig.farthest}, map_from_view,
+                      body_.stance().base().position());
   });
   body_.on_touch([this](const sim::BodyBox& box, Time) { return touched(scene_, box); });
   frames_.observe([this](const runtime::FrameSnapshot& snapshot) {
     precision_.judge(snapshot.stamp.exposure, snapshot.view);
     note_sight(snapshot.stamp.exposure);
+    watch(snapshot);
     if (observer_) observer_(snapshot);
   });
   mission_.set_goal(goal_);
@@ -247,8 +255,22 @@ void SimSession::note_sight(Time exposure) {
   }
 }
 
+void SimSession::watch(const runtime::FrameSnapshot& snapshot) {
+  reactions_.decide(snapshot.stamp.exposure, snapshot.mission, snapshot.bus.committed, snapshot.order);
+  if (snapshot.mission.walk()) body_mask_.plan(snapshot.mission.walk()->path);
+}
+
+bool SimSession::in_sight(const Eigen::Vector3d& point) const {
+  const Eigen::Isometry3d map_from_view = body_.map_from_camera() * eyes_->left_from_view();
+  const Eigen::Vector3d p = map_from_view.inverse() * point;
+  if (!(p.z() > robot_.rig.nearest && p.z() < robot_.rig.farthest)) return false;
+  const double u = camera_.cx + camera_.focal * p.x() / p.z(), v = camera_.cy + camera_.focal * p.y() / p.z();
+  return u >= 0 && v >= 0 && u <= camera_.width - 1 && v <= camera_.height - 1 &&
+         scene_.sees(map_from_view.translation(), point);
+}
+
 void SimSession::move_world(Time now) {
-  scene_.advance(now, body_.stance().base());
+  scene_.advance(now, body_.stance().base(), &onlooker_);
   body_.step(now);
 }
 
@@ -259,6 +281,10 @@ void SimSession::note() {
     record.landing = map_from_odom * record.landing;
     steps_.push_back(record);
   }
+  reactions_.handed(clock_.now(), bus_loop_);
+  body_mask_.handed(clock_.now(), bus_loop_.counters());
+  if (clock_.now().time_since_epoch() % BodyMaskCheck::kPeriod == Duration(0) && !steps_.empty())
+    body_mask_.judge(steps_, body_.shape());
   if (events_.empty() || events_.back().state != mission_.state())
     events_.push_back(
         {clock_.now(), mission_.state(), map_from_odom * links_->report.value().committed.stance.base()});

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/body_mask_check.h"
 #include "app/precision.h"
+#include "app/reaction_check.h"
 #include "app/robot_file.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
@@ -109,6 +111,8 @@ class SimSession {
   const runtime::Links& links() const { return *links_; }
   const drivers::CanWalker& walker() const { return walker_; }
   const PrecisionCheck::Result& precision() const { return precision_.result(); }
+  const ReactionCheck& reactions() const { return reactions_; }
+  const BodyMaskCheck& body_mask() const { return body_mask_; }
   const std::vector<runtime::StepRecord>& steps() const { return steps_; }  ///< landings in the map frame
   const SimTrail& trail() const { return trail_; }
   const std::vector<SimEvent>& events() const { return events_; }
@@ -117,6 +121,8 @@ class SimSession {
  private:
   runtime::Eyes& make_eyes();
   void move_world(Time now);
+  void watch(const runtime::FrameSnapshot& snapshot);
+  bool in_sight(const Eigen::Vector3d& point) const;
   void note();
   void note_sight(Time exposure);
   SimOutcome judge(std::string end) const;
@@ -144,6 +150,9 @@ class SimSession {
   runtime::FrameObserver observer_;
   std::function<void()> progress_;
   PrecisionCheck precision_;
+  sim::Onlooker onlooker_;  ///< the robot, as things that set off before its eyes know it
+  ReactionCheck reactions_;
+  BodyMaskCheck body_mask_;
   std::vector<runtime::StepRecord> steps_;
   SimTrail trail_;
   std::vector<SimEvent> events_;

@@ -16,6 +16,17 @@ struct Next {
 
 }  // namespace
 
+std::optional<Motion> motion_between(const PathState& a, const PathState& b) {
+  for (int number = 0; number < kMotions; ++number) {
+    const Motion m{a.heading, number};
+    if (a.mode == b.mode && m.mode() == a.mode && m.heading_after() == b.heading &&
+        a.cell + cell_towards(m.direction()) == b.cell) {
+      return m;
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<PathSearch::Found> PathSearch::run(const CostQuery& query, std::size_t budget,
                                                  std::uint32_t expected) {
   constexpr auto kUnlimited = std::numeric_limits<std::size_t>::max();

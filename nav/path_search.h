@@ -21,6 +21,9 @@ struct PathState {
   bool operator==(const PathState&) const = default;
 };
 
+/// The motion from one state of a path to the next; nothing when only the mode changes.
+std::optional<Motion> motion_between(const PathState& a, const PathState& b);
+
 /// A* whose lower bound of what remains is exact: it expands the states of the path and no others. What takes
 /// the time is to find that bound, CostToGoal.
 class PathSearch {

@@ -14,24 +14,8 @@
 
 namespace headway::nav {
 
-namespace {
-
 using Eigen::Vector2d;
 using Eigen::Vector2i;
-
-/// The motion from one state of a path to the next; nothing when only the mode changes.
-std::optional<Motion> motion_between(const PathState& a, const PathState& b) {
-  for (int number = 0; number < kMotions; ++number) {
-    const Motion m{a.heading, number};
-    if (a.mode == b.mode && m.mode() == a.mode && m.heading_after() == b.heading &&
-        a.cell + cell_towards(m.direction()) == b.cell) {
-      return m;
-    }
-  }
-  return std::nullopt;
-}
-
-}  // namespace
 
 const char* describe(NoPath reason) {
   switch (reason) {

@@ -37,6 +37,7 @@ class BusLoop {
   void cycle(Time now) noexcept;
 
   const BusLoopCounters& counters() const noexcept { return counters_; }
+  const nav::Committed& committed() const noexcept { return stack_.committed(); }
 
  private:
   void count_cycle(Time now) noexcept;

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "hal/error.h"
-#include "sim_hal/noise.h"
+#include "sim_hal/dice.h"
 #include "sim_hal/reachable.h"
 
 namespace headway::sim {
@@ -15,16 +15,6 @@ using Eigen::Vector2d, Eigen::Vector3d;
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-class Dice {
- public:
-  explicit Dice(std::uint64_t key) : key_(key) {}
-  double between(double low, double high) { return low + (high - low) * uniform(key_, count_++); }
-  int whole(int low, int high) { return low + static_cast<int>(between(0, high - low + 1)); }
-
- private:
-  std::uint64_t key_, count_ = 0;
-};
 
 void add_textures(World& world) {
   world.textures = {{.name = "floor", .brightness = 0.42, .contrast = 0.55, .grain = 0.006, .octaves = 5},

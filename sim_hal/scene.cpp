@@ -276,8 +276,8 @@ void Scene::set_state(const WorldState& state) {
   impl_->place_moving();
 }
 
-void Scene::advance(Time now, const Pose2& robot) {
-  impl_->state = advanced(impl_->world, std::move(impl_->state), now, robot);
+void Scene::advance(Time now, const Pose2& robot, const Onlooker* onlooker) {
+  impl_->state = advanced(impl_->world, std::move(impl_->state), now, robot, onlooker);
   impl_->place_moving();
 }
 

@@ -14,6 +14,8 @@
 
 namespace headway::sim {
 
+struct Onlooker;
+
 /// What the moving things have done so far; with the world it determines everything.
 struct WorldState {
   std::vector<std::optional<Time>> set_off;  ///< one per moving thing
@@ -68,8 +70,8 @@ class Scene {
   /// Sets the moving things as they are in that state.
   void set_state(const WorldState& state);
   /// Lets time pass with the robot at that true pose: triggers moving things and moves them. Times must not
-  /// fall.
-  void advance(Time now, const Pose2& robot);
+  /// fall. The onlooker, if any, is the robot.
+  void advance(Time now, const Pose2& robot, const Onlooker* onlooker = nullptr);
 
   /// The first surface along origin + t * direction, t in (0, farthest]. Map frame.
   RayHit cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

@@ -35,11 +35,18 @@ struct Thing {
 
 /// When a moving thing sets off.
 struct Trigger {
-  enum class Kind { kAtTime, kRobotWithin, kRobotWalked };
+  enum class Kind {
+    kAtTime,
+    kRobotWithin,
+    kRobotWalked,
+    kRobotSees,  ///< the robot is under way and near, has the place in sight, and could not touch the thing
+                 ///< soon
+  };
 
   Kind kind = Kind::kAtTime;
   double value = 0;            ///< [s] of simulated time, or [m]
-  Eigen::Vector2d near{0, 0};  ///< kRobotWithin: the place the robot comes near to [m]
+  Eigen::Vector2d near{0, 0};  ///< kRobotWithin, kRobotSees: the place the robot comes near to [m]
+  double warning = 0;  ///< kRobotSees: the robot needs longer than this to touch the thing that set off [s]
 };
 
 /// A pose at a time after setting off.

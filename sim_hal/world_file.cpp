@@ -192,8 +192,9 @@ class Reader {
   }
 
   static Trigger trigger(const Section& s, const Vector2d& end_of_path) {
-    const int named = s.has("at_time") + s.has("robot_within") + s.has("robot_walked");
-    if (named != 1) s.fail("", "expected one of: at_time (s), robot_within (m), robot_walked (m)");
+    const int named = s.has("at_time") + s.has("robot_within") + s.has("robot_walked") + s.has("robot_sees");
+    if (named != 1)
+      s.fail("", "expected one of: at_time (s), robot_within (m), robot_walked (m), robot_sees (m)");
     Trigger t;
     t.near = s.has("of") ? vector2(s, "of") : end_of_path;
     if (s.has("at_time")) {
@@ -202,6 +203,10 @@ class Reader {
     } else if (s.has("robot_within")) {
       t.kind = Trigger::Kind::kRobotWithin;
       t.value = s.number("robot_within", {0, 1000, "m"});
+    } else if (s.has("robot_sees")) {
+      t.kind = Trigger::Kind::kRobotSees;
+      t.value = s.number("robot_sees", {0, 1000, "m"});
+      t.warning = s.number_or("warning", 0, {0, 1000, "s"});
     } else {
       t.kind = Trigger::Kind::kRobotWalked;
       t.value = s.number("robot_walked", {0, 1e6, "m"});

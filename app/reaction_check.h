@@ -1,0 +1,90 @@
+// How soon the robot answers to what moves: when the cameras first show a thing that has set off, when it
+// could be touched at the earliest, and how long the steps that it stands on take to be changed.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "nav/body_outline.h"
+#include "nav/floor_map.h"
+#include "runtime/bus_loop.h"
+#include "runtime/mission.h"
+#include "sim_hal/movers.h"
+#include "sim_hal/scene.h"
+#include "vision/range_view.h"
+
+namespace headway::app {
+
+/// Depths that the cameras measure [m].
+struct SightRange {
+  double nearest = 0, farthest = 0;
+};
+
+/// Judged by the truth: a raster of rays is cast at each exposure, and tells which moving things the picture
+/// shows, and where. A picture shows a thing with four rays that meet it within the cameras' range, and shows
+/// it on the steps when four of them end in the room that FloorGate::clear() asks for around the steps that
+/// were handed over and can still change.
+class ReactionCheck {
+ public:
+  struct Sighting {
+    std::size_t thing = 0;  ///< index into World::moving
+    Time set_off{}, seen{};
+    double warning = 0;  ///< from seen until the robot could touch it at the earliest [s]
+  };
+  struct Reaction {
+    Time shown{};   ///< exposure of the first picture that shows a thing on the steps
+    Time handed{};  ///< when steps that keep clear of what it showed, or a stop, are taken by the step stack
+    bool stopped = false;  ///< it was a stop
+    int frames = 0;        ///< pictures worked on until then, that one included
+  };
+
+  ReactionCheck(const nav::BodyOutline& outline, const nav::FloorMapConfig& heights,
+                const sim::Onlooker& onlooker);
+
+  /// At an exposure, with the true pose of the view and the true place of the robot.
+  void expose(Time exposure, const sim::Scene& scene, const vision::PinholeCamera& camera, SightRange range,
+              const Eigen::Isometry3d& map_from_view, const Eigen::Vector2d& robot);
+  /// When the picture of that exposure has been worked on.
+  void decide(Time exposure, const runtime::Mission& mission, const nav::Committed& committed,
+              const runtime::MotionOrder& order);
+  /// After each bus cycle.
+  void handed(Time now, const runtime::BusLoop& bus);
+
+  const std::vector<Sighting>& sightings() const { return sightings_; }
+  const std::vector<Reaction>& reactions() const { return reactions_; }
+
+ private:
+  struct Shown {
+    Time exposure{};
+    std::vector<Eigen::Vector2d> points;  ///< of moving things that have set off
+  };
+  /// The steps that can still change, of a plan.
+  struct Steps {
+    std::uint8_t session = 0;
+    std::uint32_t first_index = 0;
+    std::vector<Pose2> bases;
+  };
+
+  int on_steps(const std::vector<Eigen::Vector2d>& points, std::span<const Pose2> bases) const;
+
+  nav::BodyOutline outline_;
+  nav::FloorMapConfig heights_;
+  const sim::Onlooker& onlooker_;
+  std::deque<Shown> shown_;
+  std::vector<Sighting> sightings_;
+  std::vector<Reaction> reactions_;
+  Steps walked_;                  ///< handed over
+  std::optional<Steps> decided_;  ///< not handed over yet
+  struct Open {
+    Reaction so_far;
+    std::vector<Eigen::Vector2d> points;
+    bool answered = false;
+  };
+  std::optional<Open> open_;
+  runtime::BusLoopCounters last_{};
+};
+
+}  // namespace headway::app
