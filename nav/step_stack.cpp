@@ -89,9 +89,9 @@ void StepStack::forget_from(std::int64_t index) noexcept {
     committed_.part.reset();
     return;
   }
-  const Landed& last = landed_[static_cast<std::size_t>(index - 1) % kRemembered];
+  const CommittedStep& last = committed_.newest[static_cast<std::size_t>(index - 1) % Committed::kRemembered];
   committed_.stance = last.stance;
-  committed_.last_foot = last.foot;
+  committed_.last_foot = last.step.foot;
   committed_.part = last.part;
 }
 
@@ -202,7 +202,8 @@ void StepStack::sent(Time now) noexcept {
   committed_.part = next_part();
   committed_.newest_frame = plan_.newest_frame;
   committed_.at_rest = false;
-  landed_[committed_.next_index % kRemembered] = {committed_.stance, step->foot, committed_.part};
+  committed_.newest[committed_.next_index % Committed::kRemembered] = {*step, committed_.stance,
+                                                                       committed_.part};
   ++committed_.next_index;
 }
 

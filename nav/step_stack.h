@@ -55,8 +55,16 @@ struct StepStackConfig {
   Duration start_timeout = seconds(4.0);   ///< from the first step sent to its lift-off
 };
 
+/// A step that can no longer be taken back, and where the feet stand when it has landed.
+struct CommittedStep {
+  hal::Footstep step;
+  hal::Stance stance;
+  std::optional<hal::PartOfOrder> part;  ///< the order that it is part of, if of any
+};
+
 /// What the frame loop needs to know to plan on.
 struct Committed {
+  static constexpr std::uint32_t kRemembered = 8;
   std::uint8_t session = 0;
   std::uint32_t next_index = 0;  ///< the first step that may still change
   hal::Stance stance;            ///< after all committed steps
@@ -67,7 +75,14 @@ struct Committed {
   StackStop why = StackStop::kNone;      ///< kNone too once the last step of a complete plan is committed
   bool at_rest = true;                   ///< no committed step is left to walk
   Time newest_frame{};                   ///< of the plan of the last committed step
-  std::uint32_t taken = 0, late = 0, refused = 0;  ///< plans, since the program began
+  std::uint32_t taken = 0, late = 0, refused = 0;   ///< plans, since the program began
+  std::array<CommittedStep, kRemembered> newest{};  ///< step i at i modulo the size
+
+  /// Step `index` of the session; nothing when it is not committed, or so long ago that it is forgotten.
+  const CommittedStep* step(std::uint32_t index) const noexcept {
+    const bool known = index < next_index && next_index - index <= kRemembered;
+    return known ? &newest[index % kRemembered] : nullptr;
+  }
 };
 
 /// At any moment the committed steps are the one under way and at most the two after it, which the robot
@@ -103,13 +118,6 @@ class StepStack {
 
  private:
   static constexpr std::int64_t kNone = -1;
-  static constexpr std::uint32_t kRemembered = 8;
-  struct Landed {
-    hal::Stance stance;
-    hal::Foot foot = hal::Foot::kLeft;
-    std::optional<hal::PartOfOrder> part;
-  };
-
   void stop(StackStop why) noexcept;
   PlanVerdict check(const StepPlan& plan) const noexcept;
   void follow(Time now, const hal::WalkStatus& status) noexcept;
@@ -129,8 +137,7 @@ class StepStack {
   Committed committed_;
   bool begun_ = false, has_plan_ = false, due_ = false;
   StepPlan plan_;
-  hal::Stance first_stance_;                  ///< before step 0
-  std::array<Landed, kRemembered> landed_{};  ///< after step i, at i modulo the size
+  hal::Stance first_stance_;  ///< before step 0
   std::int64_t executing_ = kNone;
   Time first_sent_{};
 };

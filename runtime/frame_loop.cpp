@@ -68,8 +68,11 @@ std::optional<FrameLoop::Pose> FrameLoop::pose_at(Time t) const {
 /// already sent stay what they are: only where the committed ones end is another place in the map.
 BusReport FrameLoop::report_in_map() const {
   BusReport report = links_.report.value();
-  hal::Stance& stance = report.committed.stance;
-  stance = {localisation_.steady() * stance.left, localisation_.steady() * stance.right};
+  const auto move = [&](hal::Stance& stance) {
+    stance = {localisation_.steady() * stance.left, localisation_.steady() * stance.right};
+  };
+  move(report.committed.stance);
+  for (nav::CommittedStep& committed : report.committed.newest) move(committed.stance);
   return report;
 }
 

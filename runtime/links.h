@@ -27,10 +27,9 @@ struct BusReport {
 struct MotionOrder {
   hal::HeadAngles look;  ///< where to point the head
   enum class Walk : std::uint8_t {
-    kStay,  ///< commit nothing; a walk under way keeps the steps it has been given
-    kPlan,  ///< follow `plan`; starts a walk when at rest
-    kStop,  ///< commit nothing more and come to rest
-  } walk = Walk::kStay;
+    kStop,  ///< commit nothing more: come to rest, or stay there
+    kPlan,  ///< follow `plan`, in place of the last one; starts a walk when at rest
+  } walk = Walk::kStop;
   nav::StepPlan plan;
 };
 

@@ -10,6 +10,7 @@ namespace headway::runtime {
 namespace {
 
 constexpr std::size_t kStepsToStart = 3;  // a walk that begins with fewer would stop again at once
+constexpr std::uint32_t kStepsAhead = 3;  // the newest committed ones, which may not have begun
 
 std::string at(const char* text, const Eigen::Vector2d& p) {
   char line[160];
@@ -110,7 +111,6 @@ std::optional<std::string> Mission::hopeless(const MissionInput& input) {
 MotionOrder Mission::rest(const MissionInput& input) const {
   MotionOrder order;
   order.look = look_;
-  order.walk = input.bus.committed.at_rest ? MotionOrder::Walk::kStay : MotionOrder::Walk::kStop;
   order.plan.newest_frame = input.last_look;
   return order;
 }
@@ -162,14 +162,14 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     state_ = MissionState::kWaitGoal;
     return rest(input);
   }
-  if (walk_ && !follows(committed)) carry_over(committed);
-  keep_up(committed);
-  if (threatened(input)) {
-    if (walk_) ++counters_.threats;
+  const bool known = keep_up(committed), threat = threatened(input);
+  if (!known || threat) {
+    if (threat && walk_) ++counters_.threats;
     walk_.reset();
     look_ = gaze(input, {});
     return rest(input);
   }
+  if (walk_ && !follows(committed)) carry_over(committed);
   plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
@@ -187,10 +187,9 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   if (!committed.at_rest && committed.next_index > 0) fruitless_ = 0;
   MotionOrder order;
   order.look = look_;
-  if (!walk_)
-    order.walk = MotionOrder::Walk::kStop;
-  else if (gate.open > 0 && !committed.stopping)  // else the next session takes it, from where this one ends
-    order.walk = MotionOrder::Walk::kPlan;
+  // A plan of no steps, behind a gate that is shut, still takes the place of the last one. A walk that is
+  // stopping takes none: the next session goes on from where this one ends.
+  if (walk_ && !committed.stopping) order.walk = MotionOrder::Walk::kPlan;
   order.plan = step_plan(input, gate);
   return order;
 }
@@ -262,28 +261,33 @@ void Mission::plan(const MissionInput& input, const Pose2& start) {
     walk_.reset();
 }
 
-/// The forecaster takes in what has been committed since the last frame.
-void Mission::keep_up(const nav::Committed& committed) {
-  const bool known = forecast_session_ == committed.session && forecast_from_ <= committed.next_index;
-  const bool told = walk_ && walk_->session == committed.session && walk_->first_index <= forecast_from_;
-  if (!known || (forecast_from_ < committed.next_index && !told) || committed.next_index == 0) {
+/// The forecaster takes in what has been committed since the last frame. False when it cannot: then nothing
+/// can be said of what would follow on it.
+bool Mission::keep_up(const nav::Committed& committed) {
+  if (committed.next_index == 0 || committed.stopping) {  // the next walk begins at rest in that stance
     forecaster_.rest_at(committed.stance);
     forecast_session_ = committed.session;
     forecast_from_ = committed.next_index;
-    coming_.clear();
   }
+  if (forecast_session_ != committed.session || forecast_from_ > committed.next_index) return false;
   for (; forecast_from_ < committed.next_index; ++forecast_from_) {
-    const std::size_t step = forecast_from_ - walk_->first_index;
-    forecaster_.commit(walk_->walk.steps[step]);
-    if (coming_.size() == kStepsToStart) coming_.erase(coming_.begin());
-    coming_.push_back(walk_->walk.bases[step]);
+    const nav::CommittedStep* next = committed.step(forecast_from_);
+    if (next == nullptr || !forecaster_.commit(next->step)) return false;
   }
+  return true;
 }
 
 /// Steps that are committed are walked to their end whatever happens; what stands on them must at least not
 /// be followed by more.
 bool Mission::threatened(const MissionInput& input) const {
-  return !input.bus.committed.at_rest && gate_.hits(coming_, input.mapper.floor());
+  const nav::Committed& committed = input.bus.committed;
+  if (committed.at_rest) return false;
+  std::vector<Pose2> coming;
+  for (std::uint32_t back = 1; back <= std::min(kStepsAhead, committed.next_index); ++back) {
+    const nav::CommittedStep& next = *committed.step(committed.next_index - back);
+    coming.push_back(nav::gait_base(next.stance, next.step.foot, config_.gait));
+  }
+  return gate_.hits(coming, input.mapper.floor());
 }
 
 /// Whether the pattern generator could walk it without tipping.

@@ -123,7 +123,7 @@ class Mission {
   bool worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
                       const nav::FloorMap& floor) const;
   bool threatened(const MissionInput& input) const;
-  void keep_up(const nav::Committed& committed);
+  [[nodiscard]] bool keep_up(const nav::Committed& committed);
   bool stable(const nav::Walk& candidate);
   void adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed);
   bool at_goal(const nav::Committed& committed) const;
@@ -150,8 +150,7 @@ class Mission {
   nav::WalkForecaster forecaster_;  ///< has taken in the session's steps before `forecast_from_`
   std::uint8_t forecast_session_ = 0;
   std::uint32_t forecast_from_ = 0;
-  std::vector<Pose2> coming_;  ///< where the newest committed steps take the base
-  std::string unstable_;       ///< why the newest plan cannot be walked; empty when it can
+  std::string unstable_;  ///< why the newest plan cannot be walked; empty when it can
   nav::PlanResult last_plan_;
   bool planned_once_ = false;
   std::optional<Time> sight_;  ///< when the last frame came that showed something, or the goal was set

@@ -30,7 +30,7 @@ class WalkForecaster {
   /// The robot rests on both feet.
   void rest_at(const hal::Stance& stance) noexcept { pattern_.stand_at(stance); }
   /// A step that will be walked. False, and nothing done, for one that the pattern does not take.
-  bool commit(const hal::Footstep& step) noexcept;
+  [[nodiscard]] bool commit(const hal::Footstep& step) noexcept;
 
   /// The walk from now on over the committed steps and `steps` to rest. `visit` gets the WalkingSample of
   /// each period (com and yaw tell where the waist is) and how far the ZMP is inside the support polygon [m].

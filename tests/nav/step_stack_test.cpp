@@ -162,6 +162,11 @@ struct Walking {
     Stance stance = Stance::parallel({0, 0, 0}, 0.19);
     for (std::uint32_t i = 0; i < c.next_index; ++i) stance = stance.after(committed[i]);
     if (stance.left.x != c.stance.left.x || stance.right.x != c.stance.right.x) complain("another stance");
+    if (c.step(c.next_index) != nullptr) complain("a step that is not committed");
+    for (std::uint32_t i = c.next_index; i > 0 && c.next_index - i < Committed::kRemembered; --i) {
+      const CommittedStep* step = c.step(i - 1);
+      if (step == nullptr || step->step.landing.x != committed[i - 1].landing.x) complain("another step");
+    }
     if (c.at_rest && c.next_index > 0) {
       if (c.next_index != peer.started || !peer.standing) complain("not at rest, or elsewhere");
     }

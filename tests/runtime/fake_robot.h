@@ -38,7 +38,7 @@ class FakeWalker final : public hal::Walker {
   void tick(Time now) noexcept override {
     status_.stamp = now;
     chest_.stamp = now;
-    if (request_ == hal::WalkRequest::kWalk && status_.state == hal::WalkState::kStanding &&
+    if (!deaf && request_ == hal::WalkRequest::kWalk && status_.state == hal::WalkState::kStanding &&
         session_ != status_.session) {
       status_.session = session_;
       status_.accepted = status_.executing = hal::kNoStep;
@@ -84,6 +84,7 @@ class FakeWalker final : public hal::Walker {
   std::array<hal::NumberedStep, 64> sent{};
   std::size_t sent_count = 0;
   std::uint32_t refused = 1000000;  ///< number of the step that it refuses
+  bool deaf = false;                ///< takes up no other walk
   hal::Stance stance = hal::Stance::parallel({}, 0.19);
 
  private:

@@ -204,6 +204,13 @@ double place_reached(bool localise, LocalisationCounters& views) {
   FrameLoop frames(config, robot.eyes, robot.mapper, robot.mission, robot.links, robot.clock);
   Lockstep lockstep(
       {.charge = {.see = seconds(0.05)}}, robot.clock, [](Time) {}, robot.bus_loop, frames);
+  frames.observe([](const FrameSnapshot& frame) {
+    const nav::Committed& committed = frame.bus.committed;
+    if (committed.next_index == 0) return;
+    const hal::Stance& last = committed.step(committed.next_index - 1)->stance;
+    EXPECT_EQ(last.left.x, committed.stance.left.x) << "both in the map";
+    EXPECT_EQ(last.right.y, committed.stance.right.y);
+  });
   robot.mission.set_goal({{3, 0}, std::nullopt});
   for (int i = 0; i < 12000 && robot.mission.state() != MissionState::kArrived; ++i) lockstep.step();
   EXPECT_EQ(robot.mission.state(), MissionState::kArrived) << robot.mission.reason();

@@ -1,102 +1,15 @@
 // The mission's decisions, frame by frame, on reports of the bus that are made by hand.
 #include "runtime/mission.h"
 
-#include <algorithm>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/runtime/flat_room.h"
+#include "tests/runtime/mission_bench.h"
 
 namespace headway::runtime {
 namespace {
 
 using testing::HasSubstr;
-using Walk = MotionOrder::Walk;
-
-MissionConfig hand_made() {
-  MissionConfig config;
-  config.neck.chest_from_pan.translation().z() = 0.4;
-  config.neck.tilt_from_camera.linear() = hal::body_from_optical();
-  config.viewpoints = {{0, 0.5}, {0.6, 0.5}, {-0.6, 0.5}};
-  return config;
-}
-
-/// A mission, a map that is looked at from above, and a head that is always where it should be.
-struct Bench {
-  explicit Bench(const MissionConfig& config = hand_made())
-      : mission_config(config), mission(config, mapper.floor().grid) {
-    bus.head.health = hal::HeadHealth::kReady;
-    bus.walker = hal::WalkerHealth::kReady;
-    bus.committed.session = 1;
-    bus.committed.stance = hal::Stance::parallel({}, config.gait.feet_apart);
-  }
-
-  /// So many frames, a tenth of a second each.
-  void frames(int count) {
-    for (int i = 0; i < count; ++i) {
-      now += seconds(0.1);
-      if (blind.empty()) {
-        mapper.integrate(look(boxes, from_above(eye, 4.5)), from_above(eye, 4.5), chest(), now);
-        mapper.project();
-        last_look = now;
-      }
-      order = mission.update({now, last_look, blind, faulty, order.look, chest(), bus, mapper});
-    }
-  }
-  Eigen::Isometry3d chest() const { return bus.committed.stance.base().lifted(1); }
-  /// Up to the first order to walk, or the end.
-  void until_walking(const nav::Goal& goal) {
-    mission.set_goal(goal);
-    for (int i = 0; i < 60 && order.walk != Walk::kPlan && !mission.over(); ++i) frames(1);
-  }
-  void until_over() {
-    for (int i = 0; i < 600 && !mission.over(); ++i) frames(1);
-  }
-  /// The bus loop commits the next steps of the plan that it was given.
-  void commit(int steps) {
-    for (int i = 0; i < steps; ++i) {
-      const hal::Footstep& step = order.plan.steps[static_cast<std::size_t>(i)];
-      bus.committed.stance = bus.committed.stance.after(step);
-      bus.committed.last_foot = step.foot;
-      if (order.plan.in_orders) bus.committed.part = order.plan.orders[static_cast<std::size_t>(i)];
-      ++bus.committed.next_index;
-      bus.committed.at_rest = false;
-    }
-  }
-  /// The walk ends where it is, and the bus loop opens the next.
-  void end_session(nav::StackStop why, std::uint32_t walked,
-                   hal::StepReject reject = hal::StepReject::kNone) {
-    bus.last_stop = why;
-    bus.last_reject = reject;
-    bus.last_steps = walked;
-    ++bus.committed.session;
-    bus.committed.next_index = 0;
-    bus.committed.last_foot.reset();
-    bus.committed.part.reset();
-    bus.committed.at_rest = true;
-  }
-  /// Walks to the end of the plan.
-  void walk_all() {
-    for (int i = 0; i < 100 && !mission.over(); ++i) {
-      const int left = order.walk == Walk::kPlan ? order.plan.count : 0;
-      commit(std::min(left, 1));
-      if (left <= 1 && !bus.committed.at_rest) end_session(nav::StackStop::kNone, 1);
-      frames(1);
-    }
-  }
-
-  Boxes boxes;
-  Eigen::Vector2d eye{1.7, 0};
-  Mapper mapper{small_map(), {}};
-  MissionConfig mission_config;
-  Mission mission;
-  BusReport bus;
-  MotionOrder order;
-  std::string blind;
-  bool faulty = false;
-  Time now{}, last_look = nav::kNever;
-};
 
 /// Looks around for what is unseen, with a camera in the head 40 deg wide.
 MissionConfig exploring() {
@@ -110,15 +23,13 @@ MissionConfig exploring() {
   return config;
 }
 
-const nav::Goal kAhead{{3, 0}, std::nullopt};
-
 TEST(Mission, WaitsForTheDrivesAndTheControlComputer) {
   Bench bench;
   bench.mission.set_goal(kAhead);
   bench.bus.walker = hal::WalkerHealth::kStarting;
   bench.frames(5);
   EXPECT_EQ(bench.mission.state(), MissionState::kStarting);
-  EXPECT_EQ(bench.order.walk, Walk::kStay);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
   bench.bus.walker = hal::WalkerHealth::kReady;
   bench.frames(1);
   EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
@@ -129,7 +40,7 @@ TEST(Mission, LooksAroundAndThenWaitsForAGoal) {
   bench.frames(20);
   EXPECT_EQ(bench.mission.state(), MissionState::kWaitGoal);
   EXPECT_EQ(bench.mission.views_taken(), 3U);
-  EXPECT_EQ(bench.order.walk, Walk::kStay);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
   bench.until_walking(kAhead);
   EXPECT_EQ(bench.mission.state(), MissionState::kWalk);
   EXPECT_EQ(bench.order.walk, Walk::kPlan);
@@ -196,7 +107,7 @@ TEST(Mission, ArrivesWhenAllIsWalked) {
   bench.walk_all();
   EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
   EXPECT_NEAR(bench.bus.committed.stance.base().x, 3, 0.07);
-  EXPECT_EQ(bench.order.walk, Walk::kStay);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
 }
 
 TEST(Mission, WalksInOrdersAndGivesNewOnesWhereAWalkEndedAmidOne) {
@@ -246,35 +157,7 @@ TEST(Mission, WalksNothingThatWouldTipTheRobot) {
   EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
   EXPECT_THAT(bench.mission.reason(), HasSubstr("would tip the robot: in step "));
   EXPECT_THAT(bench.mission.reason(), HasSubstr("expected 68 mm or more"));
-  EXPECT_EQ(bench.order.walk, Walk::kStay);
-}
-
-TEST(Mission, StopsForAnObstacleOnStepsThatAreCommitted) {
-  Bench bench;
-  bench.until_walking(kAhead);
-  bench.commit(3);
-  bench.frames(1);
-  ASSERT_EQ(bench.order.walk, Walk::kPlan);
-  EXPECT_EQ(bench.mission.counters().threats, 0);
-  const double there = bench.bus.committed.stance.base().x;
-  bench.boxes = {box(there, there + 0.2, -0.1, 0.1, 1.2)};
-  bench.frames(6);
   EXPECT_EQ(bench.order.walk, Walk::kStop);
-  EXPECT_EQ(bench.mission.counters().threats, 1);
-  bench.frames(3);
-  EXPECT_EQ(bench.order.walk, Walk::kStop);
-  EXPECT_EQ(bench.mission.counters().threats, 1);
-}
-
-TEST(Mission, PlansOnFromTheStepsThatAreCommitted) {
-  Bench bench;
-  bench.until_walking(kAhead);
-  const nav::StepPlan plan = bench.order.plan;
-  bench.commit(3);
-  bench.frames(1);
-  EXPECT_EQ(bench.order.plan.first_index, 3U);
-  for (std::size_t i = 0; i < 8; ++i)
-    EXPECT_EQ(bench.order.plan.steps[i].landing.x, plan.steps[i + 3].landing.x) << i;
 }
 
 TEST(Mission, GoesOnWithTheRestWhenAWalkEndsEarly) {
