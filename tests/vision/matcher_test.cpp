@@ -45,15 +45,21 @@ Match columns_matched(const DisparityImage& found, double d, int from, int to) {
   return {matched / known, good / std::max(1.0, matched)};
 }
 
-RC_GTEST_PROP(Matcher, FindsAnyShiftOfATexture, ()) {
-  const double d = *rc::gen::inRange(-80, 480) / 10.0;
-  const auto seed = *rc::gen::inRange<std::uint64_t>(1, 1000);
-  SgbmMatcher matcher({-16, 64});
-  DisparityImage found;
-  matcher.match(shifted(0, seed), shifted(d, seed), found);
-  const Match match = columns_matched(found, d, 0, kWidth);
-  RC_ASSERT(match.density > 0.9);
-  RC_ASSERT(match.within_a_half > 0.95);
+TEST(Matcher, FindsAnyShiftOfATexture) {
+  double within_a_half = 0, shifts = 0;
+  rc::check([&] {
+    const double d = *rc::gen::inRange(-80, 480) / 10.0;
+    const auto seed = *rc::gen::inRange<std::uint64_t>(1, 1000);
+    SgbmMatcher matcher({-16, 64});
+    DisparityImage found;
+    matcher.match(shifted(0, seed), shifted(d, seed), found);
+    const Match match = columns_matched(found, d, 0, kWidth);
+    RC_ASSERT(match.density > 0.9);
+    RC_ASSERT(match.within_a_half > 0.9);  // now and then a texture repeats itself
+    within_a_half += match.within_a_half;
+    shifts += 1;
+  });
+  EXPECT_GT(within_a_half, 0.98 * shifts);
 }
 
 RC_GTEST_PROP(Matcher, FillsTheLeftBorderWhereTheRightImageShowsIt, ()) {
