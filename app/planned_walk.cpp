@@ -79,11 +79,7 @@ std::string complaint(const PlannedWalk& walk, const nav::GaitLimits& gait) {
                          walk.plan.nearest->x(), walk.plan.nearest->y());
     return why;
   }
-  if (!walk.forecast) return "the walking pattern does not take the steps";
-  if (walk.stable(gait)) return {};
-  return fmt::format(
-      "the steps would tip the robot: in step {} the ZMP comes to {:.0f} mm from the sole's edge",
-      walk.forecast->step + 1, 1e3 * walk.forecast->margin);
+  return nav::complaint(walk.forecast, gait.zmp_margin);
 }
 
 Json report_of(const PlannedWalk& walk, const Robot& robot, const nav::FloorGrid& grid) {
@@ -107,10 +103,12 @@ Json report_of(const PlannedWalk& walk, const Robot& robot, const nav::FloorGrid
   json["cost_s"] = rounded(path.cost_s, 3);
   json["cost"] = cost_row(path.cost);
   json["walk_s"] = rounded(static_cast<double>(walk.margin.size()) * walk.period, 3);
-  if (walk.forecast)
+  if (walk.forecast) {
+    const auto& step = walk.forecast->step;
     json["zmp"] = {{"margin_m", rounded(walk.forecast->margin)},
-                   {"in_step", walk.forecast->step + 1},
+                   {"in_step", step ? Json(*step + 1) : Json()},  // null: while coming to rest
                    {"required_m", robot.mission.gait.zmp_margin}};
+  }
   json["states"] = path_rows(path, grid);
   json["steps"] = step_rows(walk.walk);
   return json;

@@ -27,8 +27,6 @@ struct PlannedWalk {
   std::vector<Eigen::Vector2d> waist, zmp;  ///< [m]
   std::vector<double> margin;               ///< of the ZMP inside the soles [m]
   double period = 0;                        ///< [s]
-
-  bool stable(const nav::GaitLimits& gait) const { return forecast && forecast->margin >= gait.zmp_margin; }
 };
 
 /// From a stance with parallel feet at `start`.

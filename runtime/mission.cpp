@@ -167,9 +167,14 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     if (threat && walk_) ++counters_.threats;
     walk_.reset();
     look_ = gaze(input, {});
+    if (threat && !config_.replan) give_up("an obstacle came onto steps that were committed");
     return rest(input);
   }
   if (walk_ && !follows(committed)) carry_over(committed);
+  if (!walk_ && planned_once_ && !config_.replan) {
+    give_up("the walk left the plan, which may not be made again");
+    return rest(input);
+  }
   plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
@@ -206,7 +211,8 @@ bool Mission::follows(const nav::Committed& committed) const {
 }
 
 void Mission::carry_over(const nav::Committed& committed) {
-  // The walk ended early, in a stance that the plan knows: the rest of it goes on in the next session.
+  // The walk ended early, in a stance that the plan knows: the rest of it goes on in the next session, when
+  // it can be walked from rest as well.
   const auto& stances = walk_->walk.stances;
   const auto here = std::find_if(stances.begin(), stances.end(),
                                  [&](const hal::Stance& s) { return same(s, committed.stance); });
@@ -225,6 +231,7 @@ void Mission::carry_over(const nav::Committed& committed) {
   if (!walk.orders.empty()) walk.orders.erase(walk.orders.begin(), walk.orders.begin() + done);
   walk_->session = committed.session;
   walk_->first_index = committed.next_index;
+  if (!stable(walk)) walk_.reset();
 }
 
 double Mission::short_of_goal() const {
@@ -292,19 +299,8 @@ bool Mission::threatened(const MissionInput& input) const {
 
 /// Whether the pattern generator could walk it without tipping.
 bool Mission::stable(const nav::Walk& candidate) {
-  const auto forecast = forecaster_.foresee(candidate.steps);
-  char line[160];
-  if (!forecast)
-    std::snprintf(line, sizeof line, "the walking pattern does not take the planned steps");
-  else if (forecast->margin < config_.gait.zmp_margin)
-    std::snprintf(line, sizeof line,
-                  "the planned steps would tip the robot: in step %zu the ZMP comes to %.0f mm from the "
-                  "sole's edge, expected %.0f mm or more",
-                  forecast->step + 1, 1e3 * forecast->margin, 1e3 * config_.gait.zmp_margin);
-  else
-    return true;
-  unstable_ = line;
-  return false;
+  unstable_ = nav::complaint(forecaster_.foresee(candidate.steps), config_.gait.zmp_margin);
+  return unstable_.empty();
 }
 
 bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& committed,

@@ -1,5 +1,6 @@
 #include "nav/walking/forecast.h"
 
+#include <cstdio>
 #include <limits>
 
 namespace headway::nav {
@@ -12,6 +13,19 @@ bool waits(const WalkingPattern& pattern) {
 }
 
 }  // namespace
+
+std::string complaint(const std::optional<Forecast>& forecast, double required) {
+  if (!forecast) return "the walking pattern does not take the planned steps";
+  if (forecast->margin >= required) return {};
+  const std::string when =
+      forecast->step ? "in step " + std::to_string(*forecast->step + 1) : "while coming to rest";
+  char line[160];
+  std::snprintf(line, sizeof line,
+                "the planned steps would tip the robot: %s the ZMP comes to %.0f mm from the sole's edge, "
+                "expected %.0f mm or more",
+                when.c_str(), 1e3 * forecast->margin, 1e3 * required);
+  return line;
+}
 
 WalkForecaster::WalkForecaster(const WalkingConfig& config, double sole_length, double sole_width)
     : pattern_(config, hal::Stance{}), sole_length_(sole_length), sole_width_(sole_width) {}
@@ -32,7 +46,7 @@ WalkForecaster::Run::Run(const WalkForecaster& from, std::span<const hal::Footst
       sole_length_(from.sole_length_),
       sole_width_(from.sole_width_),
       before_(from.pattern_.pushed()),
-      worst_{std::numeric_limits<double>::infinity(), 0} {}
+      worst_{std::numeric_limits<double>::infinity(), std::nullopt} {}
 
 bool WalkForecaster::Run::feed() {
   for (; fed_ < steps_.size() && pattern_.queue_free() > 0; ++fed_) {
@@ -59,9 +73,10 @@ void WalkForecaster::Run::judge(const WalkingSample& sample) {
                            sole_length_, sole_width_);
   margin_ = support.margin(sample.zmp);
   if (margin_ >= worst_.margin) return;
+  worst_ = {margin_, std::nullopt};
+  if (pattern_.phase() != WalkingPattern::Phase::kWalking) return;
   const std::uint32_t under_way = pattern_.started();
-  const bool settling = pattern_.phase() != WalkingPattern::Phase::kWalking;
-  worst_ = {margin_, settling ? steps_.size() : under_way > before_ ? under_way - before_ - 1 : 0};
+  worst_.step = under_way > before_ ? under_way - before_ - 1 : 0;
 }
 
 std::optional<Forecast> WalkForecaster::Run::result() const {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "nav/walking/support_polygon.h"
 #include "nav/walking/walking_pattern.h"
@@ -16,8 +17,12 @@ struct Forecast {
   /// Of the model's ZMP inside the support polygon, at its least [m]; negative: outside; infinity: the robot
   /// stays where it is.
   double margin = 0;
-  std::size_t step = 0;  ///< under way at that moment; steps.size(): the robot came to rest
+  std::optional<std::size_t> step;  ///< under way at that moment; nothing while the robot comes to rest
 };
+
+/// Why such a walk should not be walked, for people: no forecast (a step was not taken), or a margin less
+/// than `required` [m]. Empty when it may.
+std::string complaint(const std::optional<Forecast>& forecast, double required);
 
 /// Follows the steps that are committed and foresees those that are planned after them. Frames as those of
 /// the stance.

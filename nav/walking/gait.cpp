@@ -45,8 +45,8 @@ void GaitLimits::validate() const {
   expect(inward >= feet_apart * (1 - std::cos(yaw)) / 2 && feet_apart - inward > sole_width, "inward", inward,
          "what turning in place asks for, and soles that never touch");
   expect(yaw >= 0.01 && yaw <= 0.5, "yaw", yaw, "0.01 to 0.5 rad");
-  expect(step_duration >= seconds(0.2) && step_duration <= seconds(1.55), "step_duration",
-         to_seconds(step_duration), "0.2 to 1.55 s");
+  expect(step_duration >= seconds(0.25) && step_duration <= seconds(1.55), "step_duration",
+         to_seconds(step_duration), "0.25 to 1.55 s");
   expect(sole_length > 0 && sole_length <= 0.5, "sole_length", sole_length, "0 to 0.5 m");
   expect(zmp_margin >= 0 && 2 * zmp_margin < std::min(sole_length, sole_width), "zmp_margin", zmp_margin,
          "0 m to less than half of the sole");

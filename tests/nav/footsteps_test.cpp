@@ -296,6 +296,22 @@ TEST(GaitLimits, RefuseWhatNoRobotCouldDo) {
   EXPECT_NE(message(rushing).find("step_duration"), std::string::npos);
 }
 
+TEST(GaitLimits, AllowOnlyStepsThatThePatternTakes) {
+  int allowed = 0;
+  for (int ms = 100; ms <= 1700; ms += 10) {
+    GaitLimits gait;
+    gait.step_duration = std::chrono::milliseconds(ms);
+    try {
+      gait.validate();
+    } catch (const InputError&) {
+      continue;
+    }
+    ++allowed;
+    EXPECT_NO_THROW(walking_config(gait).validate()) << ms << " ms";
+  }
+  EXPECT_EQ(allowed, 131) << "from 0.25 s to 1.55 s";
+}
+
 TEST(GaitLimits, NeverTurnMoreThanTheyMayOnTheWire) {
   const GaitLimits gait;
   EXPECT_NEAR(gait.yaw_on_the_wire(), 0.086, 1e-12);

@@ -81,6 +81,78 @@ TEST(Mission, StopsWhenItCannotForeseeWhereCommittedStepsLead) {
   EXPECT_EQ(missed.order.walk, Walk::kPlan) << "at rest it is known again";
 }
 
+TEST(Mission, EndsAtAnObstacleOnCommittedStepsWhenItMayNotReplan) {
+  MissionConfig config = hand_made();
+  config.replan = false;
+  Bench bench(config);
+  bench.until_walking(kAhead);
+  bench.commit(3);
+  bench.frames(1);
+  const double there = bench.bus.committed.stance.base().x;
+  bench.boxes = {box(there, there + 0.2, -0.1, 0.1, 1.2)};
+  bench.frames(6);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_EQ(bench.mission.reason(), "an obstacle came onto steps that were committed");
+  EXPECT_EQ(bench.mission.counters().threats, 1);
+}
+
+TEST(Mission, EndsWhenItsWalkLeavesThePlanAndItMayNotReplan) {
+  MissionConfig config = hand_made();
+  config.replan = false;
+  Bench bench(config);
+  bench.until_walking(kAhead);
+  bench.commit(4);
+  bench.frames(1);
+  bench.end_session(nav::StackStop::kLost, 4);
+  bench.bus.committed.stance = hal::Stance::parallel({0.5, 0.3, 0.2}, 0.19);
+  bench.frames(1);
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_THAT(bench.mission.reason(), testing::HasSubstr("left the plan"));
+}
+
+/// How far the ZMP stays inside the soles when the steps are walked from rest [m].
+double margin_of(const hal::Stance& stance, std::span<const hal::Footstep> steps) {
+  const nav::GaitLimits gait;
+  nav::WalkForecaster forecaster(nav::walking_config(gait), gait.sole_length, gait.sole_width);
+  forecaster.rest_at(stance);
+  return forecaster.foresee(steps)->margin;
+}
+
+TEST(Mission, GoesOnWithTheRestOfAWalkOnlyWhenThatCanBeWalked) {
+  const nav::Goal aside{{1, 1.5}, 1.0};
+  Bench free;
+  free.until_walking(aside);
+  const std::span<const hal::Footstep> steps(free.order.plan.steps.data(),
+                                             static_cast<std::size_t>(free.order.plan.count));
+  ASSERT_TRUE(free.order.plan.complete);
+  const double whole = margin_of(free.bus.committed.stance, steps);
+  int judged = 0;
+  hal::Stance stance = free.bus.committed.stance;
+  for (std::size_t done = 1; done < steps.size() && judged < 3; ++done) {
+    stance = stance.after(steps[done - 1]);
+    const double rest = margin_of(stance, steps.subspan(done));
+    if (done < 3 || rest >= whole) continue;
+    ++judged;
+    MissionConfig config = hand_made();
+    config.gait.zmp_margin = (rest + whole) / 2;
+    Bench bench(config);
+    bench.until_walking(aside);
+    for (std::size_t i = 0; i < done; ++i) {
+      bench.commit(1);
+      bench.frames(1);
+    }
+    bench.end_session(nav::StackStop::kStale, static_cast<std::uint32_t>(done));
+    bench.frames(1);
+    const nav::StepPlan& plan = bench.order.plan;
+    if (bench.order.walk != Walk::kPlan) continue;
+    EXPECT_GE(margin_of(stance, {plan.steps.data(), static_cast<std::size_t>(plan.count)}),
+              config.gait.zmp_margin)
+        << "after " << done << " steps";
+  }
+  EXPECT_EQ(judged, 3);
+}
+
 TEST(Mission, GoesOnAtRestWhenCommittedStepsAreTakenBack) {
   Bench bench;
   bench.until_walking(kAhead);
