@@ -21,11 +21,23 @@ constexpr int layer_of(int heading, Mode mode) {
   return mode == Mode::kForward ? heading : kHeadings + heading;
 }
 
+/// A cell where a way may end.
+struct Arrival {
+  Eigen::Vector2i cell{0, 0};
+  std::array<Ticks, kHeadings> cost{};  ///< by the heading there; kTooDear: not allowed
+};
+
 /// From where to where, in cells.
 struct CostQuery {
-  Eigen::Vector2i start{0, 0}, goal{0, 0};
-  std::array<Ticks, kHeadings> start_cost{};    ///< to turn to each heading at the start; kTooDear: cannot
-  std::array<Ticks, kHeadings> arrival_cost{};  ///< by the heading at the goal; kTooDear: not allowed
+  Eigen::Vector2i start{0, 0};
+  std::array<Ticks, kHeadings> start_cost{};  ///< to turn to each heading at the start; kTooDear: cannot
+  std::vector<Arrival> goals;                 ///< one or more, each cell once: the cheapest to get to is it
+
+  /// kTooDear where no way may end.
+  Ticks arrival_cost(const Eigen::Vector2i& cell, int heading) const {
+    const auto goal = std::ranges::find(goals, cell, &Arrival::cell);
+    return goal == goals.end() ? kTooDear : goal->cost[static_cast<std::size_t>(heading)];
+  }
 };
 
 struct alignas(64) CostChunk {

@@ -48,14 +48,16 @@ class Sweeper {
     return true;
   }
 
-  /// The goal's chunk has been set.
+  /// The goals' chunks have been set.
   void begin() {
-    const int y = s_.query.goal.y(), i = s_.query.goal.x() / kChunkCells;
-    bound_ = s_.bound();
-    first_ = s_.chunks;
-    last_ = -1;
-    note(y, i, {0, kAskEast | kAskWest | kAskEastOfPrevious | kAskWestOfNext});
-    if (last_ >= 0) chains(y);
+    for (const Arrival& goal : s_.query.goals) {
+      const int y = goal.cell.y(), i = goal.cell.x() / kChunkCells;
+      bound_ = s_.bound();
+      first_ = s_.chunks;
+      last_ = -1;
+      note(y, i, {0, kAskEast | kAskWest | kAskEastOfPrevious | kAskWestOfNext});
+      if (last_ >= 0) chains(y);
+    }
   }
 
  private:
@@ -192,7 +194,7 @@ constexpr std::uint32_t kGrowth = 800;
 
 bool settle_sweeps(CostSweep& s) {
   Sweeper sweeper(s);
-  bool up = s.query.start.y() < s.query.goal.y();
+  bool up = s.query.start.y() < s.query.goals.front().cell.y();
   for (int idle = 0;; up = !up) {
     bool any = false;
     if (!(up ? sweeper.sweep<Walks::kUp>(any) : sweeper.sweep<Walks::kDown>(any))) return false;
@@ -230,14 +232,16 @@ void CostToGoal::begin(const CostQuery& query, std::uint32_t expected) {
   s.query = query;
   s.weight = 16;
   s.relaxed = 0;
-  const int x = query.goal.x(), y = query.goal.y();
-  for (int h = 0; h < kHeadings; ++h) {
-    CostChunk& chunk = s.table.at(y, x / kChunkCells);
-    for (const Mode mode : {Mode::kForward, Mode::kSideway})
-      chunk.cost[layer_of(h, mode)][x % kChunkCells] = query.arrival_cost[static_cast<std::size_t>(h)];
+  for (const Arrival& goal : query.goals) {
+    const int x = goal.cell.x();
+    CostChunk& chunk = s.table.at(goal.cell.y(), x / kChunkCells);
+    for (int h = 0; h < kHeadings; ++h)
+      for (const Mode mode : {Mode::kForward, Mode::kSideway})
+        chunk.cost[layer_of(h, mode)][x % kChunkCells] = goal.cost[static_cast<std::size_t>(h)];
   }
   const std::uint32_t growth = 800u * s.costs.least[0];
-  s.threshold = expected > 0 ? expected : s.least_from_start(y, x / kChunkCells) + growth;
+  const Eigen::Vector2i& first = query.goals.front().cell;
+  s.threshold = expected > 0 ? expected : s.least_from_start(first.y(), first.x() / kChunkCells) + growth;
   HWY_DYNAMIC_DISPATCH(begin_sweeps)(s);
 }
 

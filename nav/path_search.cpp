@@ -80,12 +80,10 @@ PathSearch::Found PathSearch::descend(const CostQuery& query) const {
     found.cost_so_far.push_back(so_far);
     const Mode other_mode = state.mode == Mode::kForward ? Mode::kSideway : Mode::kForward;
     const Next same = best_motion(state), other = best_motion({state.cell, state.heading, other_mode});
-    if (state.cell == query.goal) {
-      const Ticks arrival = query.arrival_cost[static_cast<std::size_t>(state.heading)];
-      if (arrival != kTooDear && arrival <= std::min(same.cost, other.cost + costs_.mode_change)) {
-        found.cost = so_far + arrival;
-        return found;
-      }
+    const Ticks arrival = query.arrival_cost(state.cell, state.heading);
+    if (arrival != kTooDear && arrival <= std::min(same.cost, other.cost + costs_.mode_change)) {
+      found.cost = so_far + arrival;
+      return found;
     }
     const bool changes_mode = other.cost + costs_.mode_change < same.cost;
     if (changes_mode) {

@@ -17,6 +17,36 @@ namespace headway::nav {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
+namespace {
+
+/// The goal's own position, and the middles of all cells within its tolerance, the nearest first.
+std::vector<Vector2d> places_near(const FloorGrid& grid, const Goal& goal) {
+  const Vector2i own = grid.cell(goal.position);
+  const int around = static_cast<int>(goal.tolerance / grid.resolution) + 1;
+  std::vector<std::pair<double, Vector2d>> others;
+  for (int y = own.y() - around; y <= own.y() + around; ++y) {
+    for (int x = own.x() - around; x <= own.x() + around; ++x) {
+      const double distance = (grid.centre({x, y}) - goal.position).norm();
+      if (grid.contains({x, y}) && distance <= goal.tolerance)
+        others.emplace_back(distance, grid.centre({x, y}));
+    }
+  }
+  std::stable_sort(others.begin(), others.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Vector2d> places{goal.position};
+  for (const auto& other : others) places.push_back(other.second);
+  return places;
+}
+
+/// Whether the body can turn to a yaw from one of these headings.
+bool turns_to(const TurnRoom& room, unsigned headings, double yaw) {
+  for (int h = 0; h < kHeadings; ++h)
+    if ((headings >> h & 1) && room.can_turn(heading_angle(h), yaw)) return true;
+  return false;
+}
+
+}  // namespace
+
 const char* describe(NoPath reason) {
   switch (reason) {
     case NoPath::kNone:
@@ -77,17 +107,18 @@ class Planner::Search {
   Ticks turn_cost(double angle) const {
     return in_ticks(config_.turn_price * gait_.turn_seconds(angle), costs_.tick);
   }
-  bool stands(const GroundView& ground, const Vector2i& cell, int heading) const;
-  std::optional<End> choose_end(const GroundView& ground, const Goal& goal);
-  std::optional<End> nearest_end(const GroundView& ground, const Pose2& start, const Goal& goal);
+  void choose_ends(const GroundView& ground, const Goal& goal);
+  std::optional<End> choose_nearest_end(const GroundView& ground, const Pose2& start, const Goal& goal);
+  unsigned standing_headings(const GroundView& ground, const Vector2i& cell) const;
+  Arrival arrival_at(const Vector2i& cell, const TurnRoom& room, unsigned standing,
+                     std::optional<double> yaw) const;
   PlanResult plan_to(const FloorMap& map, const GroundView& ground, const Pose2& start, const Goal& goal);
-  PlanResult go(const FloorMap& map, const GroundView& ground, const Pose2& start, const End& end);
+  PlanResult go(const FloorMap& map, const GroundView& ground, const Pose2& start, const Goal& goal);
   void survey(const FloorMap& map, const GroundView& ground);
-  bool can_end(const GroundView& ground, const Vector2i& cell, const End& end);
   bool stays(const GroundView& ground, const Pose2& start, const End& end) const;
   Path stay(const FloorGrid& grid, const Pose2& start, const End& end) const;
   unsigned list_starts(const GroundView& ground, const Pose2& start);
-  PlanResult search(const FloorMap& map, const Pose2& start, const End& end, unsigned headings);
+  PlanResult search(const FloorMap& map, const Pose2& start, unsigned headings);
   PlanResult explain_no_path(const FloorGrid& grid, const Vector2d& goal, unsigned headings);
   std::uint32_t expected_cost() const;
   Path path_of(PathSearch::Found found, const Pose2& start, const End& end) const;
@@ -102,6 +133,7 @@ class Planner::Search {
   SurveyedFloor floor_;
   std::optional<PathSearch> search_;  ///< for rasters of the floor's size
   CostQuery query_;
+  std::vector<End> ends_;  ///< of the query's goals
   struct Last {
     Vector2i goal;
     std::uint32_t cost;
@@ -110,50 +142,57 @@ class Planner::Search {
   std::unique_ptr<Search> coarser_;  ///< for walks so long that costs do not fit
 };
 
-bool Planner::Search::stands(const GroundView& ground, const Vector2i& cell, int heading) const {
-  return !ground.blocks(cell, masks_.standing(heading), bare_masks_.standing(heading));
+/// The headings in which the body stands free there, a bit each.
+unsigned Planner::Search::standing_headings(const GroundView& ground, const Vector2i& cell) const {
+  unsigned headings = 0;
+  for (int h = 0; h < kHeadings; ++h)
+    headings |= static_cast<unsigned>(!ground.blocks(cell, masks_.standing(h), bare_masks_.standing(h))) << h;
+  return headings;
 }
 
-/// Whether the robot can come to rest there, and what its last turn costs from each heading.
-bool Planner::Search::can_end(const GroundView& ground, const Vector2i& cell, const End& end) {
-  bool any = false;
-  const TurnRoom room(ground, outline_, end.position);
+/// What the last turn costs from each heading.
+Arrival Planner::Search::arrival_at(const Vector2i& cell, const TurnRoom& room, unsigned standing,
+                                    std::optional<double> yaw) const {
+  Arrival arrival{cell, {}};
   for (int h = 0; h < kHeadings; ++h) {
     const double heading = heading_angle(h);
-    const bool can = stands(ground, cell, h) && (!end.yaw || room.can_turn(heading, *end.yaw));
-    const Ticks turn = end.yaw ? turn_cost(wrap_angle(*end.yaw - heading)) : Ticks{0};
-    query_.arrival_cost[static_cast<std::size_t>(h)] = can ? turn : kTooDear;
-    any |= can;
+    const bool can = (standing >> h & 1) && (!yaw || room.can_turn(heading, *yaw));
+    const Ticks turn = yaw ? turn_cost(wrap_angle(*yaw - heading)) : Ticks{0};
+    arrival.cost[static_cast<std::size_t>(h)] = can ? turn : kTooDear;
   }
-  return any;
+  return arrival;
 }
 
-/// The goal's own position, else the middle of the nearest cell within tolerance where the body fits.
-std::optional<Planner::Search::End> Planner::Search::choose_end(const GroundView& ground, const Goal& goal) {
-  const FloorGrid& grid = ground.grid();
-  const Vector2i own = grid.cell(goal.position);
-  if (can_end(ground, own, {goal.position, goal.yaw})) return End{goal.position, goal.yaw};
-  std::vector<std::pair<double, Vector2i>> others;
-  const int around = static_cast<int>(goal.tolerance / grid.resolution) + 1;
-  for (int y = own.y() - around; y <= own.y() + around; ++y) {
-    for (int x = own.x() - around; x <= own.x() + around; ++x) {
-      const double distance = (grid.centre({x, y}) - goal.position).norm();
-      if (grid.contains({x, y}) && distance <= goal.tolerance) others.push_back({distance, {x, y}});
+/// The place nearest to the goal where the body can come to rest with the goal's yaw. Without one, the
+/// nearest where it stands at all, and those that each of the eight headings would get: any heading will do
+/// at each, so that to leave the yaw open never costs more than to say it.
+void Planner::Search::choose_ends(const GroundView& ground, const Goal& goal) {
+  ends_.clear();
+  query_.goals.clear();
+  std::vector<double> wanted;
+  if (goal.yaw) wanted.push_back(*goal.yaw);
+  for (int h = 0; h < kHeadings && !goal.yaw; ++h) wanted.push_back(heading_angle(h));
+  for (const Vector2d& place : places_near(ground.grid(), goal)) {
+    const Vector2i cell = ground.grid().cell(place);
+    const unsigned standing = standing_headings(ground, cell);
+    if (standing == 0) continue;
+    const TurnRoom room(ground, outline_, place);
+    const auto rests = [&](double yaw) { return room.fits(yaw) && turns_to(room, standing, yaw); };
+    const bool serves = std::erase_if(wanted, rests) > 0 || (!goal.yaw && ends_.empty());
+    const bool known = std::ranges::find(query_.goals, cell, &Arrival::cell) != query_.goals.end();
+    if (serves && !known) {
+      ends_.push_back({place, goal.yaw});
+      query_.goals.push_back(arrival_at(cell, room, standing, goal.yaw));
     }
+    if (wanted.empty()) return;
   }
-  std::stable_sort(others.begin(), others.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (const auto& [distance, cell] : others) {
-    const End end{grid.centre(cell), goal.yaw};
-    if (can_end(ground, cell, end)) return end;
-  }
-  return std::nullopt;
 }
 
 /// The middle of the reachable cell nearest to the goal where the robot can come to rest, facing as wished;
 /// of equally near ones the first in the map.
-std::optional<Planner::Search::End> Planner::Search::nearest_end(const GroundView& ground, const Pose2& start,
-                                                                 const Goal& goal) {
+std::optional<Planner::Search::End> Planner::Search::choose_nearest_end(const GroundView& ground,
+                                                                        const Pose2& start,
+                                                                        const Goal& goal) {
   const FloorGrid& grid = ground.grid();
   const auto reached =
       reachable_headings(floor_.chunks(), grid.cell(start.position()), list_starts(ground, start));
@@ -172,10 +211,14 @@ std::optional<Planner::Search::End> Planner::Search::nearest_end(const GroundVie
     std::pop_heap(places.begin(), end, farther);
     const std::size_t i = (end - 1)->second;
     const Vector2i cell = cell_at(i);
-    const End place{grid.centre(cell), goal.yaw};
-    if (!can_end(ground, cell, place)) continue;
-    for (int h = 0; h < kHeadings; ++h)
-      if ((reached[i] >> h & 1) && query_.arrival_cost[static_cast<std::size_t>(h)] != kTooDear) return place;
+    const TurnRoom room(ground, outline_, grid.centre(cell));
+    const Arrival arrival = arrival_at(cell, room, standing_headings(ground, cell), goal.yaw);
+    for (int h = 0; h < kHeadings; ++h) {
+      if (!(reached[i] >> h & 1) || arrival.cost[static_cast<std::size_t>(h)] == kTooDear) continue;
+      ends_ = {{grid.centre(cell), goal.yaw}};
+      query_.goals = {arrival};
+      return ends_.front();
+    }
   }
   return std::nullopt;
 }
@@ -216,7 +259,7 @@ unsigned Planner::Search::list_starts(const GroundView& ground, const Pose2& sta
 /// The last path's cost and what a detour of some metres adds, when it led to the same goal.
 std::uint32_t Planner::Search::expected_cost() const {
   constexpr int kDetour = 40;  // cells
-  if (!last_ || last_->goal != query_.goal) return 0;
+  if (!last_ || last_->goal != query_.goals.front().cell) return 0;
   return last_->cost + last_->cost / 16 + kDetour * costs_.least[0];
 }
 
@@ -225,20 +268,20 @@ void Planner::Search::survey(const FloorMap& map, const GroundView& ground) {
   if (floor_.update(map, ground) || !search_) search_.emplace(floor_.chunks(), costs_);
 }
 
-PlanResult Planner::Search::search(const FloorMap& map, const Pose2& start, const End& end,
-                                   unsigned headings) {
+PlanResult Planner::Search::search(const FloorMap& map, const Pose2& start, unsigned headings) {
   query_.start = map.grid.cell(start.position());
-  query_.goal = map.grid.cell(end.position);
   auto found = search_->run(query_, config_.budget, expected_cost());
   if (!found) {
     last_.reset();
-    return explain_no_path(map.grid, end.position, headings);
+    return explain_no_path(map.grid, ends_.front().position, headings);
   }
-  last_ = {query_.goal, found->cost};
+  last_ = {query_.goals.front().cell, found->cost};
   PlanResult result;
   result.bound = found->bound;
   result.first_expansions = found->first_relaxed;
   result.expansions = found->relaxed;
+  const auto goal = std::ranges::find(query_.goals, found->states.back().cell, &Arrival::cell);
+  const End& end = ends_[static_cast<std::size_t>(goal - query_.goals.begin())];
   result.path = path_of(std::move(*found), start, end);
   return result;
 }
@@ -260,10 +303,11 @@ PlanResult Planner::Search::explain_no_path(const FloorGrid& grid, const Vector2
   }
   result.reason = cells > 1 ? NoPath::kEnclosed : NoPath::kStartBlocked;
   if (cells <= 1) result.nearest.reset();
-  for (int h = 0; h < kHeadings; ++h) {
-    const bool arrives = reached[grid.index(query_.goal)] >> h & 1;
-    if (arrives && query_.arrival_cost[static_cast<std::size_t>(h)] != kTooDear)
-      result.reason = NoPath::kTooFar;
+  for (const Arrival& end : query_.goals) {
+    for (int h = 0; h < kHeadings; ++h) {
+      const bool arrives = reached[grid.index(end.cell)] >> h & 1;
+      if (arrives && end.cost[static_cast<std::size_t>(h)] != kTooDear) result.reason = NoPath::kTooFar;
+    }
   }
   return result;
 }
@@ -310,9 +354,9 @@ PlanResult Planner::Search::plan(const FloorMap& map, const Pose2& start, const 
                       result.reason == NoPath::kEnclosed;
   if (!goal.near || !no_way) return result;
   survey(map, ground);
-  const std::optional<End> end = nearest_end(ground, start, goal);
+  const std::optional<End> end = choose_nearest_end(ground, start, goal);
   if (!end) return result;
-  PlanResult near = go(map, ground, start, *end);
+  PlanResult near = go(map, ground, start, {end->position, end->yaw});
   near.short_of_goal = result.reason;
   return near;
 }
@@ -327,15 +371,16 @@ PlanResult Planner::Search::plan_to(const FloorMap& map, const GroundView& groun
   const FloorGrid& grid = map.grid;
   if (!grid.contains(grid.cell(start.position()))) return no(NoPath::kStartBlocked);
   if (!grid.contains(grid.cell(goal.position))) return no(NoPath::kGoalOutside);
-  const std::optional<End> end = choose_end(ground, goal);
-  return end ? go(map, ground, start, *end) : no(NoPath::kGoalBlocked);
+  choose_ends(ground, goal);
+  return ends_.empty() ? no(NoPath::kGoalBlocked) : go(map, ground, start, goal);
 }
 
-/// To an end that can_end() was asked about last.
+/// To the cheapest of the ends that were chosen for the goal.
 PlanResult Planner::Search::go(const FloorMap& map, const GroundView& ground, const Pose2& start,
-                               const End& end) {
+                               const Goal& goal) {
   PlanResult result;
-  if (stays(ground, start, end)) {
+  for (const End& end : ends_) {
+    if (!stays(ground, start, end)) continue;
     result.path = stay(map.grid, start, end);
     return result;
   }
@@ -345,14 +390,14 @@ PlanResult Planner::Search::go(const FloorMap& map, const GroundView& ground, co
     return result;
   }
   survey(map, ground);
-  result = search(map, start, end, headings);
+  result = search(map, start, headings);
   if (result.reason != NoPath::kTooFar || config_.ticks_per_cell == 1) return result;
   if (!coarser_) {
     PlannerConfig coarser = config_;
     coarser.ticks_per_cell /= 2;
     coarser_ = std::make_unique<Search>(coarser, gait_, outline_, resolution_);
   }
-  return coarser_->plan(map, start, {end.position, end.yaw});
+  return coarser_->plan(map, start, {goal.position, goal.yaw, goal.tolerance});
 }
 
 void Planner::Search::forget() {

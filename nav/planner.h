@@ -19,7 +19,7 @@ namespace headway::nav {
 
 struct Goal {
   Eigen::Vector2d position{0, 0};  ///< map frame [m]
-  std::optional<double> yaw;       ///< [rad]; nothing: as it arrives
+  std::optional<double> yaw;       ///< [rad]; nothing: as it arrives, never dearer than with one of the eight
   double tolerance = 0.10;  ///< where the body does not fit the position, a place this near will do [m]
   /// Where no way leads there: the reachable place nearest to it will do, measured straight over the floor
   /// from the position to the centre of the cell under the base.

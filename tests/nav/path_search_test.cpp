@@ -51,7 +51,7 @@ PlannerConfig any_config(Dice& dice) {
 }
 
 /// Mostly between cells from which some motion is free.
-CostQuery any_query(const Floorplan& plan, Dice& dice) {
+CostQuery any_query(const Floorplan& plan, Dice& dice, int most_goals = 3) {
   const auto cell = [&] {
     Vector2i c;
     for (int trial = 0; trial < 20; ++trial) {
@@ -65,11 +65,13 @@ CostQuery any_query(const Floorplan& plan, Dice& dice) {
   };
   CostQuery query;
   query.start = cell();
-  query.goal = cell();
-  for (int h = 0; h < kHeadings; ++h) {
-    const auto turn = [&] { return dice.whole(0, 4) ? static_cast<Ticks>(dice.whole(0, 800)) : kTooDear; };
-    query.start_cost[static_cast<std::size_t>(h)] = turn();
-    query.arrival_cost[static_cast<std::size_t>(h)] = turn();
+  const auto turn = [&] { return dice.whole(0, 4) ? static_cast<Ticks>(dice.whole(0, 800)) : kTooDear; };
+  for (Ticks& cost : query.start_cost) cost = turn();
+  for (int more = dice.whole(0, most_goals); more >= 0; --more) {
+    Arrival goal{cell(), {}};
+    for (Ticks& cost : goal.cost) cost = turn();
+    if (std::ranges::find(query.goals, goal.cell, &Arrival::cell) == query.goals.end())
+      query.goals.push_back(goal);
   }
   return query;
 }
@@ -78,9 +80,7 @@ CostQuery any_query(const Floorplan& plan, Dice& dice) {
 template <class CostOf>
 std::uint32_t by_best_successor(const TextbookSearch& textbook, const CostQuery& query, const Vector2i& cell,
                                 int heading, Mode mode, const CostOf& cost_of) {
-  std::uint32_t best = kTooDear;
-  if (cell == query.goal)
-    best = std::min<std::uint32_t>(best, query.arrival_cost[static_cast<std::size_t>(heading)]);
+  std::uint32_t best = query.arrival_cost(cell, heading);
   const Mode other = mode == Mode::kForward ? Mode::kSideway : Mode::kForward;
   best = std::min(best, cost_of(cell, heading, other) + textbook.mode_change());
   for (int number = 0; number < kMotions; ++number) {
@@ -115,7 +115,7 @@ std::uint32_t cheapest(const TextbookSearch& textbook, const FloorGrid& grid, co
     const int heading = layer % kHeadings;
     const Mode mode = layer < kHeadings ? Mode::kForward : Mode::kSideway;
     const Vector2i c(cell % grid.width, cell / grid.width);
-    if (c == query.goal) best = std::min(best, cost + query.arrival_cost[static_cast<std::size_t>(heading)]);
+    best = std::min(best, cost + query.arrival_cost(c, heading));
     reach(c, heading, mode == Mode::kForward ? Mode::kSideway : Mode::kForward,
           cost + textbook.mode_change());
     for (int number = 0; number < kMotions; ++number) {
@@ -131,7 +131,6 @@ std::uint32_t cheapest(const TextbookSearch& textbook, const FloorGrid& grid, co
 void walk_again(const PathSearch::Found& found, const TextbookSearch& textbook, const CostQuery& query) {
   ASSERT_EQ(found.states.size(), found.cost_so_far.size());
   ASSERT_EQ(found.states.front().cell, query.start);
-  ASSERT_EQ(found.states.back().cell, query.goal);
   ASSERT_EQ(found.cost_so_far.front(),
             query.start_cost[static_cast<std::size_t>(found.states.front().heading)]);
   for (std::size_t i = 1; i < found.states.size(); ++i) {
@@ -150,7 +149,8 @@ void walk_again(const PathSearch::Found& found, const TextbookSearch& textbook, 
     }
     ASSERT_TRUE(matches) << "state " << i << " of " << found.states.size();
   }
-  const Ticks arrival = query.arrival_cost[static_cast<std::size_t>(found.states.back().heading)];
+  const Ticks arrival = query.arrival_cost(found.states.back().cell, found.states.back().heading);
+  ASSERT_NE(arrival, kTooDear);
   ASSERT_EQ(found.cost, found.cost_so_far.back() + arrival);
 }
 
@@ -210,7 +210,7 @@ TEST(PathSearch, FirstPathsKeepTheBound) {
     Floorplan plan(std::move(map), any_config(dice), kSmallBody);
     PathSearch search(plan.floor.chunks(), plan.costs);
     for (int trial = 0; trial < 10; ++trial) {
-      const CostQuery query = any_query(plan, dice);
+      const CostQuery query = any_query(plan, dice, 1);
       const auto first = search.run(query, 0), best = search.run(query, kUnlimited);
       ASSERT_EQ(first.has_value(), best.has_value());
       if (!first) continue;
@@ -303,7 +303,7 @@ TEST(PathSearch, KeepsToItsBudget) {
   Floorplan plan(free_floor(400, 300, 0.05), {}, kSmallBody);
   CostQuery query;
   query.start = {30, 40};
-  query.goal = {370, 250};
+  query.goals = {{{370, 250}, {}}};
   PathSearch search(plan.floor.chunks(), plan.costs);
   const auto first = search.run(query, 0), some = search.run(query, 50), best = search.run(query, kUnlimited);
   ASSERT_TRUE(first && some && best);

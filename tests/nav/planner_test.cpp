@@ -280,6 +280,36 @@ TEST(Planner, ComesNearFacingAsWished) {
   }
 }
 
+/// The nearest place to a goal beside an obstacle often takes the body in one odd heading alone.
+TEST(Planner, AnOpenYawNeverCostsMoreThanOneThatIsSaid) {
+  Dice dice(19);
+  int compared = 0, cheaper_end_farther = 0;
+  for (int run = 0; run < 300; ++run) {
+    const FloorMap map = random_floor(dice.whole(30, 60), dice.whole(30, 50), 0.05, dice);
+    PlannerConfig config;
+    config.start_is_free = false;
+    config.near_price = 0;
+    Planner planner(config, {}, kSmallBody, map.grid);
+    const auto place = some_open_place(map, dice);
+    if (!place) continue;
+    const Pose2 start{place->x(), place->y(), dice.real(-3, 3)};
+    Goal goal{some_place(map, dice), {}, 0.15};
+    const auto open = planner.plan(map, start, goal);
+    for (int h = 0; h < kHeadings; ++h) {
+      goal.yaw = heading_angle(h);
+      const auto said = planner.plan(map, start, goal);
+      if (!said) continue;
+      ASSERT_TRUE(open) << "run " << run << " heading " << h;
+      ASSERT_LE(open.path.cost_s, said.path.cost_s + 1e-9) << "run " << run << " heading " << h;
+      ASSERT_LE((open.path.end - goal.position).norm(), goal.tolerance);
+      ++compared;
+      cheaper_end_farther += (open.path.end - goal.position).norm() > 1e-9;
+    }
+  }
+  EXPECT_GT(compared, 500);
+  EXPECT_GT(cheaper_end_farther, 50);
+}
+
 TEST(Planner, LeavesAPlaceWhereSomethingCameTooNear) {
   FloorMap map = room();
   const Vector2d from = at(map, 4, 3.5);
