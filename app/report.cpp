@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <ostream>
 #include <system_error>
@@ -11,32 +10,25 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "config/write_fault.h"
 #include "hal/error.h"
 #include "nav/whole_file.h"
 
 namespace headway::app {
 
 void make_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) throw InputError("--out: is empty, expected a folder to write into");
   std::error_code error, unknown;
   std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder, unknown)) {
-    const std::string what =
-        folder.string() + ": cannot be made a folder" + (error ? " (" + error.message() + ")" : "");
-    using enum std::errc;
-    for (const std::errc machine :
-         {permission_denied, operation_not_permitted, read_only_file_system, no_space_on_device, io_error})
-      if (error == machine) throw Error(what);
-    throw InputError(what + ", expected a place where files can be written");
-  }
+  if (!std::filesystem::is_directory(folder, unknown))
+    config::fail_to_write(folder, "cannot be made a folder", error ? error.value() : ENOTDIR);
   // Asking for permissions would be wrong for root and on read-only disks; only trying tells.
   const std::filesystem::path probe = folder / ".writable";
   errno = 0;
   const bool writable = std::ofstream(probe).good();
   const int number = errno;
   std::filesystem::remove(probe, error);
-  if (!writable)
-    throw Error(folder.string() + ": cannot be written to" +
-                (number != 0 ? std::string(" (") + std::strerror(number) + ")" : ""));
+  if (!writable) config::fail_to_write(folder, "cannot be written to", number);
 }
 
 void write_json(const std::filesystem::path& file, const Json& json) {

@@ -14,8 +14,8 @@ namespace headway::app {
 /// them.
 using Json = nlohmann::ordered_json;
 
-/// Creates the folder (and those above it) if need be. Throws InputError where its name cannot be one's,
-/// Error where the machine does not let it be made or written to.
+/// Creates the folder (and those above it) if need be. Throws as config::fail_to_write where it cannot be
+/// made or written to.
 void make_folder(const std::filesystem::path& folder);
 
 /// Indented, with a newline at the end. Throws as nav::write_whole does.

@@ -1,40 +1,31 @@
 #include "nav/whole_file.h"
 
 #include <cerrno>
-#include <cstring>
 #include <system_error>
 
+#include "config/write_fault.h"
 #include "hal/error.h"
 
 namespace headway::nav {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what, int number) {
-  throw Error(file.string() + ": " + what +
-              (number != 0 ? std::string(" (") + std::strerror(number) + ")" : ""));
-}
-
-}  // namespace
-
 void write_whole(const fs::path& file, const std::function<void(std::ostream&)>& write) {
   fs::path part = file;
   part += ".part";
   std::error_code error, ignored;
   if (file.has_parent_path() && !fs::is_directory(file.parent_path(), error))
-    throw InputError(file.string() + ": cannot be written, expected a folder that is there");
+    config::fail_to_write(file, "cannot be written", ENOENT);
   {
     errno = 0;
     std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    if (!out) fail(file, "cannot be written", errno);
+    if (!out) config::fail_to_write(file, "cannot be written", errno);
     write(out);
     out.close();
     if (!out) {
       const int number = errno;
       fs::remove(part, ignored);
-      fail(file, "cannot be written completely", number);
+      config::fail_to_write(file, "cannot be written completely", number);
     }
   }
   fs::rename(part, file, error);
@@ -42,7 +33,7 @@ void write_whole(const fs::path& file, const std::function<void(std::ostream&)>&
     fs::remove(part, ignored);
     if (fs::is_directory(file, ignored))
       throw InputError(file.string() + ": is a folder, expected a file or nothing there");
-    fail(file, "cannot be replaced", error.value());
+    config::fail_to_write(file, "cannot be replaced", error.value());
   }
 }
 

@@ -8,19 +8,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "hal/error.h"
+#include "config/write_fault.h"
 
 namespace headway::runtime {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& file, const char* what, int number) {
-  const std::string message = file.string() + ": " + what + ": " + std::system_category().message(number);
-  for (const int of_the_path : {ENOENT, ENOTDIR, EISDIR, ENAMETOOLONG})
-    if (number == of_the_path) throw InputError(message);
-  throw Error(message);
-}
 
 /// Closed on the way out.
 class Descriptor {
@@ -46,18 +39,19 @@ void write_durably(const fs::path& file, const std::function<void(std::ostream&)
   part += ".part";
   // Open all the while, so that it learns of every fault in writing back.
   const Descriptor on_disk(part, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!on_disk.is_open()) fail(file, "cannot be written; is the folder there and writable?", errno);
+  if (!on_disk.is_open()) config::fail_to_write(file, "cannot be written", errno);
   std::ofstream out(part, std::ios::binary);
   write(out);
   out.close();
-  if (!out || !on_disk.sync()) fail(file, "cannot be written completely; is the disk full?", errno);
+  if (!out || !on_disk.sync()) config::fail_to_write(file, "cannot be written completely", errno);
   std::error_code error;
   fs::rename(part, file, error);
-  if (error) fail(file, "cannot be replaced", error.value());
+  if (error) config::fail_to_write(file, "cannot be replaced", error.value());
   // The name is on the disk only when the folder is.
   const Descriptor folder(file.has_parent_path() ? file.parent_path() : fs::path("."),
                           O_RDONLY | O_DIRECTORY);
-  if (!folder.is_open() || !folder.sync()) fail(file, "its folder cannot be written to the disk", errno);
+  if (!folder.is_open() || !folder.sync())
+    config::fail_to_write(file, "its folder cannot be written to the disk", errno);
 }
 
 }  // namespace headway::runtime

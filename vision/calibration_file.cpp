@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "config/write_fault.h"
 #include "config/yaml_limits.h"
 
 namespace headway::vision {
@@ -37,14 +37,10 @@ Section load_calibration(const fs::path& file) {
 }
 
 void write_text(const std::string& text, const fs::path& file) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out)
-    throw InputError(fmt::format("{}: cannot be written, expected a path in a folder that is there",
-                                 config::one_line(file.string())));
   errno = 0;
-  if (!(out << text).flush())
-    throw Error(fmt::format("{}: cannot be written completely ({})", config::one_line(file.string()),
-                            std::strerror(errno)));
+  std::ofstream out(file, std::ios::binary);
+  if (!out) config::fail_to_write(file, "cannot be written", errno);
+  if (!(out << text).flush()) config::fail_to_write(file, "cannot be written completely", errno);
 }
 
 std::vector<double> matrix_of(const Section& section, std::string_view key, int rows, int columns) {

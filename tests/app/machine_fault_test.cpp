@@ -1,4 +1,5 @@
-// What the machine does not let be written ends with exit code 3 and one line; nothing half written is left.
+// A machine that fails (a full disk) ends with exit code 3 and one line, a place where nobody may write with
+// 2; nothing half written is left.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -63,11 +64,28 @@ TEST(MachineFault, AFullDiskIsNoticedByARigFile) {
   }
 }
 
-TEST(MachineFault, AFolderThatTakesNoFilesIsNamed) {
-  const Outcome result = run_headway(characterise("/proc"));  // not even from root
-  EXPECT_EQ(result.code, kInternal);
-  EXPECT_NE(result.error.find("/proc: cannot be written to"), std::string::npos) << result.error;
-  EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
+TEST(MachineFault, APlaceThatTakesNoFilesIsNamedAndSoIsTheRemedy) {
+  const std::string rig = (source_dir() / "config/hrp2/rigs/bottom.yaml").string();
+  const TemporaryFolder folder;
+  write_text(folder / "map.pgm", "P5 2 2 255\n____");
+  write_text(folder / "map.yaml",
+             "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+             "free_thresh: 0.196\n");
+  const std::string map = (folder / "map.yaml").string();
+  const std::vector<std::string> all[] = {characterise("/proc"),  // not even from root
+                                          {"rig", "convert", rig, "/proc/x.yaml"},
+                                          {"map", "convert", map, "/proc/x.bt"},
+                                          {"map", "convert", map, "/proc/x.hmap"}};
+  for (const auto& arguments : all) {
+    const Outcome result = run_headway(arguments);
+    EXPECT_EQ(result.code, kBadInput) << arguments[0];
+    EXPECT_NE(result.error.find("/proc"), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find(": cannot be written"), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find("), expected a folder that is there and that this user may write to"),
+              std::string::npos)
+        << result.error;
+    EXPECT_EQ(std::count(result.error.begin(), result.error.end(), '\n'), 1) << "one line";
+  }
 }
 
 TEST(MachineFault, StandardOutputThatIsFullIsNoticed) {
