@@ -48,6 +48,7 @@ class HeadCalibrationRun {
     read();
     result_ = vision::calibrate_head(input_);
     outliers_ = vision::standing_out(result_.view_rms);
+    out_.emplace(options_.out, "calibrate --head");
     write();
     return tell();
   }
@@ -62,7 +63,6 @@ class HeadCalibrationRun {
       throw InputError(options_.folder.string() +
                        ": holds no images, expected them named by their stamp [ns]");
     input_.samples = read_head_table(options_.folder / "head.csv");
-    out_.emplace(options_.out, "calibrate --head");
     images_ = images.size();
     Progress progress("looking for the board");
     for (std::size_t i = 0; i < images.size(); ++i) {

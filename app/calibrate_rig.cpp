@@ -47,10 +47,12 @@ class BoardSearch {
       add(pair);
     }
     if (seen_.pairs.empty()) {
-      throw InputError(
-          fmt::format("no {} is seen in both images of any of {} pairs ({}); check --board, and that "
-                      "the whole board is in view and lit evenly",
-                      described(board_), images.size(), seen_.skipped.front()));
+      throw InputError(fmt::format(
+          "no {} is seen in both images of {} ({}); check --board, and that the whole board is in "
+          "view and lit evenly",
+          described(board_),
+          images.size() == 1 ? "the only pair" : fmt::format("any of {} pairs", images.size()),
+          seen_.skipped.front()));
     }
     if (seen_.pairs.size() < vision::kFewestViews && !seen_.skipped.empty()) {
       throw InputError(fmt::format(
@@ -140,13 +142,14 @@ class RigCalibration {
       throw InputError(fmt::format("--near {} and --far {}: expected the nearest depth below the farthest",
                                    options_.nearest, options_.farthest));
     const std::vector<ImagePair> images = find_image_pairs(options_.paths);
-    out_.emplace(options_.out, "calibrate");
     seen_ = BoardSearch(options_.board).run(images);
+    out_.emplace(options_.out, "calibrate");
     outliers_.assign(seen_.pairs.size(), false);
     write_coverage();  // it tells most where the fit fails
     try {
       result_ = fit(options_.lenses);
     } catch (const vision::UndeterminedLens& fault) {
+      out_->keep();
       throw InputError(
           fmt::format("{}; {} shows where it was", fault.what(), (options_.out / "coverage.png").string()));
     }

@@ -112,13 +112,13 @@ void add_calibrate(CLI::App& app, Run& run) {
       ->type_name("CxR");
   command->add_option("--square", options->square, "Edge of a square")
       ->required()
-      ->check(finite_in(0, 1000))
+      ->check(finite_in(0.001, 1))
       ->type_name("M");
   CLI::Option* charuco =
       command->add_option("--charuco", options->charuco, "Markers in the white squares, as 4X4_50 or 5X5_100")
           ->type_name("DICT");
   CLI::Option* marker = command->add_option("--marker", options->marker, "Edge of a marker")
-                            ->check(finite_in(0, 1000))
+                            ->check(finite_in(0.0001, 1))
                             ->type_name("M")
                             ->needs(charuco);
   charuco->needs(marker);

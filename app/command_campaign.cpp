@@ -85,6 +85,7 @@ int run(const Options& options) {
                                  options.only, options.worlds - 1));
   const Robot robot = read_robot(options.robot);
   OutputFolder out(options.out, "campaign");
+  out.keep();  // each world's folder is whole by itself
   Totals totals;
   Json rows = Json::array();
   for (int number = 0; number < options.worlds; ++number) {

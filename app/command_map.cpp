@@ -187,7 +187,9 @@ class MapRun {
         eyes_(sequence_, options.near, options.far, vision_of(options)) {}
 
   int run() {
-    out_.emplace(options_.out, "map");
+    out_.emplace(options_.out, "map",
+                 std::initializer_list<const char*>{"map_view.png", "map_above.png", "floor.png", "cloud.ply",
+                                                    "map.bt", "floor.pgm", "floor.yaml"});
     ground_ = find_ground(sequence_, eyes_);
     map_ = std::make_unique<nav::VoxelMap>(map_box(sequence_, ground_, eyes_, options_.resolution));
     floor_ = nav::unseen_floor(nav::floor_grid(*map_));
@@ -274,11 +276,11 @@ class MapRun {
     const Eigen::Isometry3d first = ground_.map_from_world * sequence_.frames.front().world_from_camera;
     MapViewConfig config;
     config.title = "as the camera looked, from behind it";
-    Lookout behind;
-    const Eigen::Vector3d eye = first.translation(), ahead = first.linear().col(2);
-    behind.eye = eye - 0.9 * ahead + Eigen::Vector3d(0, 0, 0.3);
-    behind.target = eye + 2 * ahead;
-    write_png(map_view(*map_, behind, config), out_->file("map_view.png"));
+    const Eigen::Vector3d behind = -first.linear().col(2);
+    const double elevation = std::clamp(std::asin(std::clamp(behind.z(), -1.0, 1.0)), 0.2, 0.9);
+    write_png(
+        map_view(*map_, bird_view(*map_, config, std::atan2(behind.y(), behind.x()), elevation), config),
+        out_->file("map_view.png"));
     config.title = "from above, through the backs of walls and ceiling";
     write_png(map_view(*map_, bird_view(*map_, config, std::numbers::pi + 0.5, 0.9), config),
               out_->file("map_above.png"));

@@ -57,7 +57,7 @@ int run(const Options& options) {
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
   SimSession session(robot, world, sim);
-  OutputFolder out(options.out, "sim");
+  OutputFolder out(options.out, "sim", SimOutputs::kNames);
   SimOutputs outputs(session);
   Progress progress(world.name);
   session.on_progress([&] {

@@ -135,7 +135,8 @@ std::vector<ImagePair> find_image_pairs(const std::vector<std::string>& paths) {
   for (const fs::path& file : sides.right) pairs[name_of(file)].right = file;
   std::vector<ImagePair> out;
   for (auto& [name, pair] : pairs) {
-    pair.name = name;
+    // Of left.png and right.png nothing is common.
+    pair.name = name.empty() ? pair.left.stem().string() + " and " + pair.right.stem().string() : name;
     if (pair.left.empty() || pair.right.empty()) {
       throw InputError(fmt::format("{}: has no partner for the {} camera ({} left and {} right images)",
                                    (pair.left.empty() ? pair.right : pair.left).string(),

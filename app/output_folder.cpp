@@ -44,11 +44,11 @@ bool lies_here(std::string_view name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
 }
 
-void remove_former(const fs::path& folder, const std::string& command) {
-  const auto former = former_in(folder);
-  if (!former || former->command != command) return;
+void remove_former(const fs::path& folder, const std::string& command);
+
+void remove_named(const fs::path& folder, const std::string& command, const std::vector<std::string>& names) {
   std::error_code ignored;
-  for (std::string name : former->names) {
+  for (std::string name : names) {
     const bool below = name.ends_with('/');
     if (below) name.pop_back();
     if (!lies_here(name)) continue;
@@ -57,13 +57,29 @@ void remove_former(const fs::path& folder, const std::string& command) {
     // Of folders, only those that are empty now.
     fs::remove(folder / name, ignored);
   }
+}
+
+void remove_former(const fs::path& folder, const std::string& command) {
+  const auto former = former_in(folder);
+  if (!former || former->command != command) return;
+  remove_named(folder, command, former->names);
+  std::error_code ignored;
   fs::remove(folder / "report.json", ignored);
+}
+
+/// The folder and those above it that are not there, the innermost first.
+std::vector<fs::path> missing(fs::path folder) {
+  std::vector<fs::path> all;
+  std::error_code ignored;
+  for (; !folder.empty() && !fs::exists(folder, ignored); folder = folder.parent_path())
+    all.push_back(folder);
+  return all;
 }
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path folder, std::string command)
-    : folder_(std::move(folder)), command_(std::move(command)) {
+OutputFolder::OutputFolder(fs::path folder, std::string command, std::initializer_list<const char*> names)
+    : folder_(std::move(folder)), command_(std::move(command)), made_(missing(folder_)) {
   make_folder(folder_);
   if (const auto former = former_in(folder_); former && former->command != command_) {
     throw InputError(fmt::format("{}: is {}, expected a folder without one, or of an earlier 'headway {}'",
@@ -73,10 +89,43 @@ OutputFolder::OutputFolder(fs::path folder, std::string command)
                                  command_));
   }
   remove_former(folder_, command_);
+  for (const char* name : names) refuse_what_is_there(name);
+}
+
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept
+    : folder_(std::move(other.folder_)),
+      command_(std::move(other.command_)),
+      made_(std::move(other.made_)),
+      kept_(std::exchange(other.kept_, true)),
+      names_(std::move(other.names_)) {}
+
+OutputFolder::~OutputFolder() {
+  if (!kept_) remove_all();
+}
+
+void OutputFolder::remove_all() noexcept {
+  try {
+    remove_named(folder_, command_, names_);
+    std::error_code ignored;
+    for (const fs::path& folder : made_) fs::remove(folder, ignored);
+  } catch (const std::exception&) {
+    // Nothing more can be done: the fault that ends the run is told.
+  }
+}
+
+void OutputFolder::refuse_what_is_there(std::string_view name) const {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(folder_ / name, ignored)))
+    throw InputError(fmt::format(
+        "{}: is there already, and of no earlier 'headway {}' that ended; move it, or choose another --out",
+        (folder_ / name).string(), command_));
 }
 
 fs::path OutputFolder::file(std::string_view name) {
-  if (std::find(names_.begin(), names_.end(), name) == names_.end()) names_.emplace_back(name);
+  if (std::find(names_.begin(), names_.end(), name) == names_.end()) {
+    refuse_what_is_there(name);
+    names_.emplace_back(name);
+  }
   return folder_ / name;
 }
 
@@ -90,6 +139,7 @@ void OutputFolder::report(const Json& content) {
   whole.update(content);
   whole["files"] = names_;
   write_json(folder_ / "report.json", whole);
+  kept_ = true;
 }
 
 void write_floor(const nav::FloorMap& floor, OutputFolder& folder) {

@@ -25,6 +25,11 @@ class SimOutputs {
 
   void see(const runtime::FrameSnapshot& snapshot);
   void write(const SimOutcome& outcome, OutputFolder& folder);
+  /// What it may write besides the report.
+  static constexpr std::initializer_list<const char*> kNames{
+      "scene.png",  "views.png",  "left.png",  "depth.png",       "uncertainty.png", "plan.png",
+      "replan.png", "floor.png",  "map.png",   "replan_left.png", "map.bt",          "map.hmap",
+      "floor.pgm",  "floor.yaml", "cloud.ply", "timing.json"};
 
   const WalkCost& walk_cost() const { return walk_cost_; }
 

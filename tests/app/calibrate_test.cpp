@@ -202,6 +202,14 @@ TEST_F(Calibrate, SaysWhatIsWrong) {
     fs::remove(in / fmt::format("right{:02}.png", i));
   }
   EXPECT_TRUE(says(run({in.string()}, out), {"seen in 3 views", "expected at least 4"}));
+  const fs::path alone = folder_ / "alone";
+  for (const char* name : {"left.png", "right.png"}) {
+    fs::create_directories(alone);
+    write_png(canvas(100, 80, {90, 90, 90}), alone / name);
+  }
+  EXPECT_TRUE(says(run({alone.string()}, out),
+                   {"both images of the only pair (left and right: no board in left.png)"}));
+  EXPECT_FALSE(fs::exists(out)) << "a run that failed leaves something behind";
   in = copy();
   write_text(in / "left01.png", "no image");
   EXPECT_TRUE(says(run({in.string()}, out), {"left01.png"}));
@@ -220,7 +228,7 @@ TEST_F(Calibrate, SaysWhatIsWrong) {
   EXPECT_TRUE(says(board({"--board", "7x5", "--square", "0.03"}),
                    {"no chessboard of 7 x 5 inner corners", "10 pairs", "--board"}));
   EXPECT_TRUE(says(board({"--board", "9by6", "--square", "0.03"}), {"--board '9by6'", "as 9x6"}));
-  EXPECT_TRUE(says(board({"--board", "9x6", "--square", "30"}), {"square: 30 m", "0.001 to 1 m"}));
+  EXPECT_TRUE(says(board({"--board", "9x6", "--square", "30"}), {"--square: is 30", "0.001 to 1"}));
   EXPECT_TRUE(says(board({"--board", "9x6", "--square", "0.03", "--charuco", "8X8", "--marker", "0.02"}),
                    {"dictionary: '8X8'", "4X4_50"}));
   EXPECT_EQ(board({"--board", "9x6", "--square", "0.03", "--charuco", "4X4_50"}).code, kBadInput);

@@ -37,6 +37,36 @@ TEST(OutputFolder, RemovesWhatTheEarlierRunWroteAndNothingElse) {
   EXPECT_TRUE(fs::exists(folder / "replan_2.png"));
 }
 
+TEST(OutputFolder, LeavesNothingOfARunThatEndsWithoutItsReport) {
+  const TemporaryFolder folder;
+  write_text(folder / "notes.txt", "mine");
+  {
+    OutputFolder out(folder.path(), "sim");
+    write_text(out.file("plan.png"), "new");
+    OutputFolder below = out.below("part");
+    write_text(below.file("plan.png"), "new");
+    below.report(Json::object());
+  }
+  EXPECT_FALSE(fs::exists(folder / "plan.png"));
+  EXPECT_FALSE(fs::exists(folder / "part"));
+  EXPECT_TRUE(fs::exists(folder / "notes.txt"));
+  { const OutputFolder made(folder / "a/b", "sim"); }
+  EXPECT_FALSE(fs::exists(folder / "a"));
+}
+
+TEST(OutputFolder, RefusesToWriteOverWhatIsNotItsOwn) {
+  const TemporaryFolder folder;
+  write_text(folder / "plan.png", "mine");
+  {
+    OutputFolder out(folder.path(), "sim");
+    write_text(out.file("a.png"), "new");
+    EXPECT_THROW(out.file("plan.png"), InputError);
+  }
+  EXPECT_FALSE(fs::exists(folder / "a.png"));
+  EXPECT_EQ(read_text(folder / "plan.png"), "mine");
+  EXPECT_THROW(OutputFolder(folder.path(), "sim", {"plan.png"}), InputError);
+}
+
 TEST(OutputFolder, HasNoReportWhileARunIsUnderWay) {
   const TemporaryFolder folder;
   run(folder.path(), "sim", {"plan.png"});
