@@ -38,6 +38,26 @@ struct CharacteriseOptions {
   std::vector<fs::path> pair;
 };
 
+/// What the rig sees in the pair that it took.
+struct SeenPair {
+  SeenPair(const vision::StereoRig& rig, const fs::path& left, const fs::path& right)
+      : eyes(rig), view(see(left, right)) {}
+
+  vision::StereoVision eyes;
+  const vision::RangeView& view;  ///< of the eyes
+
+ private:
+  const vision::RangeView& see(const fs::path& left, const fs::path& right) {
+    hal::StereoFrame frame;
+    frame.left = vision::read_gray(left);
+    frame.right = vision::read_gray(right);
+    require_two_images(frame, left, right);
+    const vision::RangeView& seen = eyes.see(frame);
+    if (!eyes.fault().empty()) throw InputError(left.string() + ": " + eyes.fault());
+    return seen;
+  }
+};
+
 /// The files of one rig, in a folder.
 class CharacterisationFiles {
  public:
@@ -70,16 +90,8 @@ class CharacterisationFiles {
               folder_.file("viewpoints.png"));
   }
 
-  /// Returns how the cameras saw the pair.
-  vision::SightReport write_surface(const fs::path& left, const fs::path& right) {
-    hal::StereoFrame frame;
-    frame.left = vision::read_gray(left);
-    frame.right = vision::read_gray(right);
-    vision::StereoVision eyes(c_.raw);
-    const vision::RangeView& view = eyes.see(frame);
-    if (!eyes.fault().empty()) throw InputError(left.string() + ": " + eyes.fault());
-    write_png(surface_picture(view, eyes.rectified_left()), folder_.file("surface.png"));
-    return eyes.sight();
+  void write_surface(const SeenPair& pair) {
+    write_png(surface_picture(pair.view, pair.eyes.rectified_left()), folder_.file("surface.png"));
   }
 
  private:
@@ -101,7 +113,8 @@ std::optional<OutputFolder> folder_of(const CharacteriseOptions& options) {
 
 /// Prints and writes all of one rig. The aim is missed where the pair shows that the cameras do not see well.
 /// Without a folder nothing is written.
-int tell(const Characterisation& c, const CharacteriseOptions& options, OutputFolder* out) {
+int tell(const Characterisation& c, const CharacteriseOptions& options, OutputFolder* out,
+         const SeenPair* pair = nullptr) {
   print_characterisation(c);
   if (!out) {
     fmt::print("\nWith --out DIR: report.json, pictures, and the field as meshes.\n");
@@ -111,16 +124,15 @@ int tell(const Characterisation& c, const CharacteriseOptions& options, OutputFo
   files.write_meshes();
   files.write_pictures();
   Json report = characterisation_report(c);
-  std::optional<vision::SightReport> sight;
-  if (!options.pair.empty()) {
-    sight = files.write_surface(options.pair[0], options.pair[1]);
-    report["sight"] = sight_report(*sight);
+  if (pair) {
+    files.write_surface(*pair);
+    report["sight"] = sight_report(pair->eyes.sight());
   }
   out->report(report);
   fmt::print("\n{}\n", out->list());
-  if (!sight) return kSuccess;
-  print_findings(*sight, options.pair[0], options.pair[1]);
-  return sight->fault() ? kNotReached : kSuccess;
+  if (!pair) return kSuccess;
+  print_findings(pair->eyes.sight(), options.pair[0], options.pair[1]);
+  return pair->eyes.sight().fault() ? kNotReached : kSuccess;
 }
 
 /// The field and the cameras in another frame, to be shown with those of other rigs.
@@ -149,7 +161,7 @@ int characterise_head(const CharacteriseOptions& options) {
   for (const vision::HeadRig& rig : head.rigs) {
     const Characterisation c = characterised(rig.rig, options.robot, options.resolutions, rig.head_from_left);
     std::optional<OutputFolder> below;
-    if (out) below = out->below(rig.rig.name);
+    if (out) below.emplace(out->below(rig.rig.name));
     tell(c, options, below ? &*below : nullptr);
     fields.push_back(placed(c, rig.head_from_left));
     names.push_back(rig.rig.name);
@@ -165,8 +177,10 @@ int characterise_head(const CharacteriseOptions& options) {
 int characterise(const CharacteriseOptions& options) {
   if (describes_a_head(options.rig)) return characterise_head(options);
   const Characterisation c = characterised(vision::read_rig(options.rig), options.robot, options.resolutions);
+  std::optional<SeenPair> pair;
+  if (!options.pair.empty()) pair.emplace(c.raw, options.pair[0], options.pair[1]);
   std::optional<OutputFolder> out = folder_of(options);
-  return tell(c, options, out ? &*out : nullptr);
+  return tell(c, options, out ? &*out : nullptr, pair ? &*pair : nullptr);
 }
 
 }  // namespace

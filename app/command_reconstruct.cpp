@@ -52,11 +52,6 @@ vision::StereoRig rectified_rig(const ReconstructOptions& options, const hal::Gr
   c.cy = options.cy.value_or((left.height - 1) / 2.0);
   rig.right = c;
   rig.right.cx += options.offset;
-  if (!(*options.baseline > 0)) {
-    throw InputError(
-        fmt::format("--baseline {}: expected the distance of the right camera from the left, above 0 m",
-                    *options.baseline));
-  }
   rig.right_from_left.translation().x() = -*options.baseline;
   return rig;
 }
@@ -115,28 +110,36 @@ class Reconstruction {
     frame.left = vision::read_gray(options_.left);
     frame.right = vision::read_gray(options_.right);
     times_["read_ms"] = rounded(watch.lap_ms(), 3);
+    require_two_images(frame, options_.left, options_.right);
     vision::VisionConfig config;
     config.matcher.kind = vision::matcher_kind(options_.matcher);
     vision::StereoVision eyes(rig_of(options_, frame.left), config);
-    out_.emplace(options_.out, "reconstruct");
     show_progress("matching");
     watch.lap_ms();
     const vision::RangeView& view = eyes.see(frame);
     times_["see_ms"] = rounded(watch.lap_ms(), 3);
     if (!eyes.fault().empty()) throw InputError(options_.left.string() + ": " + eyes.fault());
+    const auto truth = read_truth(eyes.disparity());
+    nav::VoxelMap voxels(box_of(view, map_from_camera(), options_.resolution));
+    out_.emplace(options_.out, "reconstruct");
     show_progress("pictures");
     write_pictures(eyes, view);
     show_progress("map");
-    map(view);
+    map(view, voxels);
     describe(eyes, view);
-    if (!options_.truth.empty()) compare(eyes.disparity());
+    if (truth) compare(eyes.disparity(), *truth);
     progress_.reset();
     write_json(out_->file("timing.json"), times_);
     out_->report(report_);
-    fmt::print("{}; {} points, {:.1f} % of the pixels matched\n", out_->list(), report_["points"].dump(),
-               100 * matched_);
+    fmt::print("{}; {} points, {:.1f} % of all pixels matched, {:.1f} % within {:g} to {:g} m\n",
+               out_->list(), points_, 100 * matched_, 100 * within_reach(view), view.near, view.far);
     print_findings(eyes.sight(), options_.left, options_.right);
-    return eyes.sight().fault() ? kNotReached : kSuccess;
+    if (points_ == 0)
+      fmt::print(stderr,
+                 "headway: {}, {}: no point was found from {:g} to {:g} m; check the calibration, and "
+                 "--near and --far\n",
+                 options_.left.string(), options_.right.string(), view.near, view.far);
+    return points_ == 0 || eyes.sight().fault() ? kNotReached : kSuccess;
   }
 
  private:
@@ -151,19 +154,31 @@ class Reconstruction {
     times_["pictures_ms"] = rounded(watch.lap_ms(), 3);
   }
 
+  /// Share of all pixels whose depth lies between the view's limits.
+  static double within_reach(const vision::RangeView& view) {
+    const auto within = std::ranges::count_if(view.depth, [&](float z) {
+      return static_cast<double>(z) >= view.near && static_cast<double>(z) <= view.far;
+    });
+    return static_cast<double>(within) / static_cast<double>(std::max<std::size_t>(1, view.depth.size()));
+  }
+
   /// Where the camera stands is not known: the map's frame is the camera's, with x forward and z up.
-  void map(const vision::RangeView& view) {
-    Eigen::Isometry3d map_from_camera = Eigen::Isometry3d::Identity();
-    map_from_camera.linear() = hal::body_from_optical();
-    nav::VoxelMap voxels(box_of(view, map_from_camera, options_.resolution));
+  static Eigen::Isometry3d map_from_camera() {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = hal::body_from_optical();
+    return pose;
+  }
+
+  void map(const vision::RangeView& view, nav::VoxelMap& voxels) {
     Stopwatch watch;
-    nav::integrate(voxels, view, map_from_camera, Time{});
+    nav::integrate(voxels, view, map_from_camera(), Time{});
     times_["integrate_ms"] = rounded(watch.lap_ms(), 3);
     nav::write_bt(voxels, out_->file("map.bt"));
     nav::CloudFile cloud;
-    cloud.add(view, map_from_camera);
+    cloud.add(view, map_from_camera());
     cloud.write(out_->file("cloud.ply"));
-    report_["points"] = cloud.size();
+    points_ = cloud.size();
+    report_["points"] = points_;
     watch.lap_ms();
     write_png(voxel_picture(voxels, view), out_->file("map_view.png"));
     times_["map_view_ms"] = rounded(watch.lap_ms(), 3);
@@ -187,6 +202,8 @@ class Reconstruction {
     const auto matched = std::count_if(found.begin(), found.end(), [](float d) { return std::isfinite(d); });
     matched_ = static_cast<double>(matched) / static_cast<double>(std::max<std::size_t>(1, found.size()));
     report_["density"] = rounded(matched_);
+    report_["density_is"] = "share of all pixels matched";
+    report_["density_within_near_and_far"] = rounded(within_reach(view));
     report_["sight"] = sight_report(eyes.sight());
     report_["near_m"] = view.near;
     report_["far_m"] = view.far;
@@ -196,16 +213,26 @@ class Reconstruction {
     report_["disparities"] = {{"lowest", range.lowest}, {"count", range.count}};
   }
 
-  void compare(const vision::DisparityImage& found) {
-    const vision::DisparityImage truth = vision::read_disparity(options_.truth);
+  /// Of the size of what was found. Nothing where none is given.
+  std::optional<vision::DisparityImage> read_truth(const vision::DisparityImage& found) const {
+    if (options_.truth.empty()) return std::nullopt;
+    vision::DisparityImage truth = vision::read_disparity(options_.truth);
     if (truth.width != found.width || truth.height != found.height) {
       throw InputError(fmt::format("{}: has {} x {} px, expected {} x {} as the rectified images",
                                    options_.truth, truth.width, truth.height, found.width, found.height));
     }
+    return truth;
+  }
+
+  void compare(const vision::DisparityImage& found, const vision::DisparityImage& truth) {
     const vision::MatchQuality quality = vision::compare(found, truth);
     // Where the truth is known and its partner lies in the right image; before, of all pixels.
     report_["density_of_pixels"] = report_["density"];
     report_["density"] = rounded(quality.density);
+    report_["density_is"] =
+        "share of the pixels matched whose true disparity is known, and whose partner lies in the right "
+        "image; "
+        "density_of_pixels is that of all pixels, density_of_all_truth of all whose true disparity is known";
     report_["density_of_all_truth"] = rounded(quality.density_of_all);
     report_["bad_1"] = rounded(quality.bad_1);
     report_["bad_2"] = rounded(quality.bad_2);
@@ -226,6 +253,7 @@ class Reconstruction {
   std::optional<Progress> progress_{"reconstructing"};
   std::size_t stage_ = 0;
   double matched_ = 0;  ///< share of all pixels
+  std::size_t points_ = 0;
   Json report_ = Json::object(), times_ = Json::object();
 };
 
@@ -251,24 +279,25 @@ void add_reconstruct(CLI::App& app, Run& run) {
               "--rig", options->rig,
               "Rig: our YAML, Kalibr's camchain, OpenCV's yml; left.yaml,right.yaml of ROS; or a folder")
           ->type_name("FILE");
-  const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit) {
+  const auto for_rectified = [&](const char* name, auto& value, const char* help, const char* unit,
+                                 double lowest = -1e6, double highest = 1e6) {
     return command->add_option(name, value, help)
-        ->check(finite_in(-1e6, 1e6))
+        ->check(finite_in(lowest, highest))
         ->type_name(unit)
         ->excludes(rig);
   };
-  for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX");
-  for_rectified("--baseline", options->baseline, "Distance between its cameras", "M");
+  for_rectified("--focal", options->focal, "Focal length of a rectified pair", "PX", 1);
+  for_rectified("--baseline", options->baseline, "Distance between its cameras", "M", 0.02, 1);
   for_rectified("--cx", options->cx, "Its left principal point; the image's centre unless given", "PX");
   for_rectified("--cy", options->cy, "The same, downwards", "PX");
   for_rectified("--offset", options->offset, "Its right principal point's x less the left one's (doffs)",
                 "PX");
   command
       ->add_option("--near", options->near, "Nearest depth to match: sets how many disparities are searched")
-      ->check(finite_in(0, 10000))
+      ->check(finite_in(0.05, 100))
       ->type_name("M");
   command->add_option("--far", options->far, "Points farther away do not enter the map")
-      ->check(finite_in(0, 10000))
+      ->check(finite_in(0.05, 1000))
       ->type_name("M");
   command->add_option("--resolution", options->resolution, "Edge of a voxel")
       ->check(finite_in(0.005, 0.5))

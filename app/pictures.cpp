@@ -70,8 +70,8 @@ cv::Mat depth_picture(const vision::RangeView& view) {
     const auto z = static_cast<double>(view.depth[view.index(u, v)]);
     return ramp_colour(Ramp::kViridis, (z - lowest) / (highest - lowest));
   });
-  const std::string title =
-      fmt::format("depth [m], {:.1f} % measured (dark: not)", 100 * measured_share(view));
+  const std::string title = fmt::format("depth [m], {:.1f} % measured from {:g} to {:g} m (dark: not)",
+                                        100 * measured_share(view), view.near, view.far);
   return with_legend(depths, title, Ramp::kViridis, linear_ticks(lowest, highest, 8));
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/error.h"
+
 namespace headway::app {
 
 namespace {
@@ -33,6 +35,14 @@ Json sight_report(const vision::SightReport& sight) {
           {"row_offset_px", rounded(sight.pair.row_offset, 3)},
           {"behind_infinity", rounded(sight.pair.behind_infinity)},
           {"findings", findings}};
+}
+
+void require_two_images(const hal::StereoFrame& frame, const std::filesystem::path& left,
+                        const std::filesystem::path& right) {
+  if (frame.left.pixels != frame.right.pixels) return;
+  throw InputError(
+      fmt::format("{}, {}: both images are the same, expected one of the left and one of the right camera",
+                  left.string(), right.string()));
 }
 
 void print_findings(const vision::SightReport& sight, const std::filesystem::path& left,

@@ -17,4 +17,8 @@ Json sight_report(const vision::SightReport& sight);
 void print_findings(const vision::SightReport& sight, const std::filesystem::path& left,
                     const std::filesystem::path& right);
 
+/// Throws InputError where somebody gave one image for both cameras.
+void require_two_images(const hal::StereoFrame& frame, const std::filesystem::path& left,
+                        const std::filesystem::path& right);
+
 }  // namespace headway::app

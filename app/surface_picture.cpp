@@ -105,29 +105,31 @@ void draw_ellipsoids(ScenePicture& scene, const vision::RangeView& view, const S
     }
 }
 
-/// From beside the camera towards the middle of what is shown.
-Lookout beside_the_camera(const vision::RangeView& view) {
-  std::array<std::vector<double>, 3> coordinates;
+/// From beside the camera, as near as it can be while nearly all that is shown is in the picture: a few stray
+/// points must not make the rest small.
+Lookout beside_the_camera(const vision::RangeView& view, int width, int height) {
+  std::vector<Vector3d> points;
   for (int v = 0; v < view.camera.height; v += 4)
     for (int u = 0; u < view.camera.width; u += 4)
-      for (int axis = 0; axis < 3 && shown(view, u, v); ++axis)
-        coordinates.at(static_cast<std::size_t>(axis)).push_back(point(view, u, v)[axis]);
-  Vector3d middle((view.near + view.far) / 2, 0, 0);
-  for (int axis = 0; axis < 3 && !coordinates[0].empty(); ++axis) {
-    auto& values = coordinates.at(static_cast<std::size_t>(axis));
-    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), half, values.end());
-    middle[axis] = *half;
+      if (shown(view, u, v)) points.push_back(point(view, u, v));
+  if (points.empty()) points.push_back({(view.near + view.far) / 2, 0, 0});
+  Eigen::AlignedBox3d most;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::sort(points, {}, [&](const Vector3d& p) { return p[axis]; });
+    const std::size_t few = points.size() / 200;
+    most.min()[axis] = points[few][axis];
+    most.max()[axis] = points[points.size() - 1 - few][axis];
   }
-  const double far = middle.x();
-  return {middle + far * Vector3d(-0.85, -0.5, 0.34), middle + far * Vector3d(0.05, 0, 0.03), 0.6};
+  std::erase_if(points, [&](const Vector3d& p) { return !most.contains(p); });
+  if (points.size() < 2) points = {most.min(), most.max() + Vector3d::Ones()};
+  return framing(points, -2.63, 0.29, width, height, 0.6);
 }
 
 }  // namespace
 
 cv::Mat surface_picture(const vision::RangeView& view, const hal::GrayImage& left) {
   constexpr int kWidth = 520, kHeight = 430;
-  const Lookout from = beside_the_camera(view);
+  const Lookout from = beside_the_camera(view, kWidth, kHeight);
   ScenePicture plain(from, kWidth, kHeight);
   draw_surface(plain, view, left);
   ScenePicture with = plain;

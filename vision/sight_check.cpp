@@ -151,6 +151,18 @@ class Judge {
   SightReport& report_;
 };
 
+/// What is wrong with how a pair fits together that is right when its images are exchanged, the gravest
+/// first.
+std::string deciding(const SightReport& given, const SightReport& exchanged) {
+  const PairSight &a = given.pair, &b = exchanged.pair;
+  if (given.has(SightFault::kSwapped))
+    return fmt::format("{:.0f} % of the matches lie behind infinity, exchanged {:.0f} %",
+                       100 * a.behind_infinity, 100 * b.behind_infinity);
+  if (given.has(SightFault::kDecalibrated))
+    return fmt::format("partners lie {:.2f} px off their row, exchanged {:.2f} px", a.row_error, b.row_error);
+  return fmt::format("of {} pieces {} are found, exchanged {}", a.looked_for, a.found, b.found);
+}
+
 bool is_arrangement(const SightFinding& f) {
   return f.fault == SightFault::kDifferent || f.fault == SightFault::kDecalibrated ||
          f.fault == SightFault::kSwapped;
@@ -194,13 +206,10 @@ SightReport check_sight(const Rectifier& rectifier, const hal::StereoFrame& raw,
   if (exchanged.pair.found < config.least_pieces ||
       std::any_of(exchanged.findings.begin(), exchanged.findings.end(), is_arrangement))
     return report;
+  const std::string evidence = deciding(report, exchanged);
   std::erase_if(report.findings, is_arrangement);
   report.findings.push_back(
-      {SightFault::kSwapped, Severity::kFault,
-       fmt::format("left and right are swapped: exchanged, {} pieces are found instead of {}, {:.2f} "
-                   "px off their row instead of {:.2f}",
-                   exchanged.pair.found, report.pair.found, exchanged.pair.row_error,
-                   report.pair.row_error)});
+      {SightFault::kSwapped, Severity::kFault, "left and right are swapped: " + evidence});
   return report;
 }
 

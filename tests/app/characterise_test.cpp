@@ -113,11 +113,15 @@ TEST_F(Characterise, ShowsTheSurfaceOfAPairAndSaysWhatIsWrongWithIt) {
   const Outcome swapped = run(rig_, {"--out", out(), "--pair", right, left});
   EXPECT_EQ(swapped.code, kNotReached);
   EXPECT_THAT(swapped.error, HasSubstr("right.png"));
+  EXPECT_THAT(swapped.error,
+              HasSubstr(": left and right are swapped: 100 % of the matches lie behind infinity"));
   EXPECT_EQ(report()["sight"]["findings"][0]["severity"], "fault");
   write_png(cv::Mat1b(100, 100, std::uint8_t{90}), folder_ / "left.png");
   const Outcome small = run(rig_, {"--out", out(), "--pair", left, right});
   EXPECT_EQ(small.code, kBadInput);
   EXPECT_THAT(small.error, HasSubstr("left.png"));
+  EXPECT_EQ(small.said, "");
+  EXPECT_TRUE(fs::exists(folder_ / "out/surface.png")) << "of the run before";
 }
 
 TEST_F(Characterise, ShowsTheRigsOfAHeadTogether) {

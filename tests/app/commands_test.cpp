@@ -92,6 +92,20 @@ TEST_F(Reconstruct, WritesTheSameBytesTwice) {
   EXPECT_EQ(bytes(), bytes());
 }
 
+TEST_F(Reconstruct, RefusesOneImageForBothCameras) {
+  fs::copy_file(folder_ / "l.png", folder_ / "r.png", fs::copy_options::overwrite_existing);
+  EXPECT_TRUE(
+      says(run({"--focal", "100", "--baseline", "0.2"}), {"l.png", "r.png", "both images are the same"}));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST_F(Reconstruct, MissesItsAimWithoutAPoint) {
+  // The wall stands at 2 m.
+  const Outcome outcome = run({"--focal", "100", "--baseline", "0.2", "--near", "0.5", "--far", "1"});
+  EXPECT_EQ(outcome.code, kNotReached);
+  EXPECT_THAT(outcome.error, HasSubstr("no point was found from 0.5 to 1 m"));
+}
+
 TEST_F(Reconstruct, SaysWhatIsWrong) {
   EXPECT_TRUE(says(run({}), {"--rig", "--focal"}));
   EXPECT_TRUE(says(run({"--rig", (folder_ / "none.yaml").string()}), {"none.yaml"}));
@@ -101,6 +115,7 @@ TEST_F(Reconstruct, SaysWhatIsWrong) {
   with_truth.insert(with_truth.end(), {"--truth", (folder_ / "t.png").string()});
   write_png(cv::Mat(10, 16, CV_16U, cv::Scalar(2560)), folder_ / "t.png");
   EXPECT_TRUE(says(run(with_truth), {"t.png", "16 x 10", "160 x 120"}));
+  EXPECT_FALSE(fs::exists(folder_ / "out")) << "a run that failed leaves something behind";
   write_text(folder_ / "out_file", "");
   EXPECT_TRUE(
       says(run_headway({"reconstruct", (folder_ / "l.png").string(), (folder_ / "r.png").string(), "--out",
