@@ -16,6 +16,7 @@
 #include "app/report.h"
 #include "app/robot_file.h"
 #include "hal/angle.h"
+#include "hal/error.h"
 #include "nav/explored.h"
 #include "nav/next_view.h"
 
@@ -50,13 +51,28 @@ nav::NextViewConfig config_of(const Robot& robot, const Options& options) {
   return config;
 }
 
+/// Throws InputError where the head does not turn so far.
+hal::HeadAngles head_of(const Options& options, const hal::HeadLimits& limits) {
+  constexpr double kRounded = 1e-3;  // [deg]; limits are often no whole degrees
+  const Eigen::Array2d lower = Eigen::Array2d(limits.lower.pan, limits.lower.tilt) / kDegree,
+                       upper = Eigen::Array2d(limits.upper.pan, limits.upper.tilt) / kDegree,
+                       asked(options.head[0], options.head[1]);
+  if ((asked < lower - kRounded).any() || (asked > upper + kRounded).any())
+    throw InputError(fmt::format(
+        "--head: ({:g}, {:g}) is more than the head turns, expected pan from {:.4g} to {:.4g} and "
+        "tilt from {:.4g} to {:.4g} deg",
+        asked[0], asked[1], lower[0], upper[0], lower[1], upper[1]));
+  return runtime::limited({asked[0] * kDegree, asked[1] * kDegree}, limits);
+}
+
 Question ask(const Options& options) {
   Robot robot = read_robot(options.robot);
   const Pose2 base{options.at[0], options.at[1], options.at.size() > 2 ? options.at[2] * kDegree : 0};
-  nav::VoxelMap map = read_map_around(options.map, robot, base);
+  const hal::HeadAngles head = head_of(options, robot.mission.head);
+  nav::VoxelMap map = read_map_around(options.map, robot, {"--at", base});
   nav::FloorMap floor = nav::floor_map(map, robot.mapper.floor);
-  Question q{std::move(robot), std::move(map), std::move(floor), base, {}, {}, {}, {}};
-  q.head = runtime::limited({options.head[0] * kDegree, options.head[1] * kDegree}, q.robot.mission.head);
+  require_standing(floor, robot.mission.outline, {"--at", base});
+  Question q{std::move(robot), std::move(map), std::move(floor), base, head, {}, {}, {}};
   nav::start_clear(q.floor, q.base, q.robot.mapper.start_area, Time{});
   const runtime::MissionConfig& mission = q.robot.mission;
   nav::NextView next({mission.field, mission.neck, mission.head, q.robot.chest_height}, q.map.resolution(),
@@ -67,7 +83,8 @@ Question ask(const Options& options) {
   q.walks = next.walks(q.map, q.floor, planner, mission.gait, q.base, options.most);
   if (q.walks.empty()) return q;
   const Pose2& stance = *q.walks.front().stance;
-  q.way = planner.plan(q.floor, q.base, {stance.position(), stance.yaw, 0}).path;
+  nav::PlanResult way = planner.plan(q.floor, q.base, {stance.position(), stance.yaw, 0});
+  if (way && way.path.states.size() > 1) q.way = std::move(way.path);
   return q;
 }
 
@@ -131,11 +148,29 @@ cv::Mat space_picture(const Question& q) {
   config.show_unseen = true;
   MapFigures figures;
   figures.robot = q.base;
-  if (q.way) {
-    figures.goal = q.walks.front().stance->position();
-    figures.path = polyline(*q.way, q.floor.grid);
-  }
+  if (!q.walks.empty()) figures.goal = q.walks.front().stance->position();
+  if (q.way) figures.path = polyline(*q.way, q.floor.grid);
   return map_view(q.map, bird_view(q.map, config, -2.3, 0.75, figures), config, figures);
+}
+
+/// The floor around the robot and its stances: of a large map the rest would make them too small to be seen.
+nav::FloorMap floor_nearby(const Question& q) {
+  constexpr double kMargin = 3;  // [m]
+  Eigen::AlignedBox2d nearby(q.base.position());
+  for (const nav::NextLook& look : q.walks) nearby.extend(look.stance->position());
+  const nav::FloorGrid& grid = q.floor.grid;
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kMargin);
+  const Eigen::Vector2i first = grid.cell(nearby.min() - margin).cwiseMax(0),
+                        last =
+                            grid.cell(nearby.max() + margin)
+                                .cwiseMin(Eigen::Vector2i(grid.width, grid.height) - Eigen::Vector2i::Ones()),
+                        size = last - first + Eigen::Vector2i::Ones();
+  nav::FloorMap part = nav::unseen_floor(
+      {grid.resolution, grid.origin + grid.resolution * first.cast<double>(), size.x(), size.y()});
+  for (int y = 0; y < size.y(); ++y)
+    for (int x = 0; x < size.x(); ++x)
+      part.cells[part.grid.index({x, y})] = q.floor.at(first + Eigen::Vector2i(x, y));
+  return part;
 }
 
 cv::Mat walk_picture(const Question& q) {
@@ -144,12 +179,13 @@ cv::Mat walk_picture(const Question& q) {
   layers.gait = q.robot.mission.gait;
   layers.robot = q.base;
   for (const nav::NextLook& look : q.walks) layers.bodies.push_back(*look.stance);
-  if (q.way) {
-    layers.path = polyline(*q.way, q.floor.grid);
+  layers.goal_label = "the best stance";
+  if (!q.walks.empty()) {
     layers.goal = q.walks.front().stance->position();
     layers.goal_yaw = q.walks.front().stance->yaw;
   }
-  return floor_picture(q.floor, layers);
+  if (q.way) layers.path = polyline(*q.way, q.floor.grid);
+  return floor_picture(floor_nearby(q), layers);
 }
 
 /// Directions of the head as the robot sees them: left is left, up is up; coloured by what they would show.
@@ -164,15 +200,15 @@ cv::Mat turn_picture(const Question& q) {
   const auto pans = static_cast<std::ptrdiff_t>(next.directions().size()) / tilts;
   const Eigen::Vector2d half(0.5 * (last.pan - first.pan) / static_cast<double>(pans - 1) / kDegree,
                              0.5 * (last.tilt - first.tilt) / static_cast<double>(tilts - 1) / kDegree);
-  const PlotAxis pan{-last.pan / kDegree - half.x(), -first.pan / kDegree + half.x(),
-                     "pan to the right [deg]"};
-  const PlotAxis tilt{-last.tilt / kDegree - half.y(), -first.tilt / kDegree + 2.6 * half.y(),
-                      "tilt up [deg]"};
+  const PlotAxis pan{last.pan / kDegree + half.x(), first.pan / kDegree - half.x(),
+                     "pan [deg], to the left positive"};
+  const PlotAxis tilt{last.tilt / kDegree + half.y(), first.tilt / kDegree - 2.6 * half.y(),
+                      "tilt [deg], down positive"};
   double most = 0.1;
   for (const nav::NextLook& look : q.turns) most = std::max(most, look.gain);
   Plot plot(620, 560, pan, tilt, "");
   const auto at = [](const hal::HeadAngles& a) -> Eigen::Vector2d {
-    return Eigen::Vector2d(-a.pan, -a.tilt) / kDegree;
+    return Eigen::Vector2d(a.pan, a.tilt) / kDegree;
   };
   const Eigen::Vector2d reach = 0.94 * half;
   for (const hal::HeadAngles& d : next.directions()) plot.cell(at(d) - reach, at(d) + reach, colours::kPale);

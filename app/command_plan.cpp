@@ -12,7 +12,6 @@
 #include "app/output_folder.h"
 #include "app/planned_walk.h"
 #include "hal/angle.h"
-#include "hal/error.h"
 #include "nav/whole_file.h"
 
 namespace headway::app {
@@ -35,15 +34,6 @@ void choose_unseen(const std::string& how, nav::PlannerConfig& planner) {
   if (how == "free") planner.unseen = nav::UnseenFloor::kFree;
 }
 
-void check_on(const nav::FloorGrid& grid, const char* option, const Eigen::Vector2d& place) {
-  if (grid.contains(grid.cell(place))) return;
-  const Eigen::Vector2d end = grid.origin + grid.resolution * Eigen::Vector2d(grid.width, grid.height);
-  throw InputError(
-      fmt::format("{}: ({:g}, {:g}) lies outside of the map, expected x from {:g} to {:g} and y from "
-                  "{:g} to {:g} m",
-                  option, place.x(), place.y(), grid.origin.x(), end.x(), grid.origin.y(), end.y()));
-}
-
 int run(const Options& options) {
   Robot robot = read_robot(options.robot);
   choose_unseen(options.unseen, robot.mission.planner);
@@ -52,9 +42,8 @@ int run(const Options& options) {
   nav::Goal goal{{options.to[0], options.to[1]}, std::nullopt};
   goal.near = options.near;
   if (options.to.size() > 2) goal.yaw = wrap_angle(options.to[2] * kDegree);
-  const nav::FloorMap floor = read_floor(options.map, robot, start, options.cell);
-  check_on(floor.grid, "--from", start.position());
-  check_on(floor.grid, "--to", goal.position);
+  const nav::FloorMap floor = read_floor(options.map, robot, {"--from", start}, options.cell);
+  require_inside(area_of(floor.grid), {"--to", {goal.position.x(), goal.position.y(), 0}});
 
   OutputFolder out(options.out, "plan");
   Stopwatch watch;

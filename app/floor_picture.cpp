@@ -254,7 +254,7 @@ void draw_marks(const FloorLayers& layers, Plan& plan) {
 std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
   using Shape = Key::Shape;
   std::vector<Key> keys{{kFree, "free"}, {kBlocked, "blocked"}, {kUnseen, "unseen"}};
-  const auto add = [&](bool drawn, const Colour& colour, const char* label, Shape shape) {
+  const auto add = [&](bool drawn, const Colour& colour, const std::string& label, Shape shape) {
     if (drawn) keys.push_back({colour, label, shape});
   };
   add(beyond_the_map, kOutside, "outside the map", Shape::kPatch);
@@ -263,7 +263,7 @@ std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
                        [&](const FootPrint& f) { return f.foot == side && f.committed == committed; });
   };
   add(layers.start.has_value(), kStart, "start", Shape::kDot);
-  add(layers.goal.has_value(), kGoal, "goal", Shape::kDot);
+  add(layers.goal.has_value(), kGoal, layers.goal_label, Shape::kDot);
   add(layers.robot.has_value(), kRobot, "robot", Shape::kFrame);
   add(!layers.former_path.empty(), kFormerPath, "path before", Shape::kLine);
   add(!layers.path.empty(), colours::kPath, "path", Shape::kLine);

@@ -24,14 +24,22 @@ nav::ColdMap read_any(const fs::path& file) {
 
 }  // namespace
 
-nav::VoxelMap read_map(const fs::path& file, const nav::VoxelMapConfig& like) {
-  const nav::ColdMap known = read_any(file);
+nav::ColdMap read_known(const fs::path& file) {
+  nav::ColdMap known = read_any(file);
   if (known.size() == 0) throw InputError(fmt::format("{}: knows nothing, expected a map", file.string()));
+  return known;
+}
+
+nav::VoxelMap voxels_of(const nav::ColdMap& known, const nav::VoxelMapConfig& like, const fs::path& file) {
   try {
     return whole_map(known, like);
   } catch (const InputError& fault) {
     throw InputError(fmt::format("{}: {}", file.string(), fault.what()));
   }
+}
+
+nav::VoxelMap read_map(const fs::path& file, const nav::VoxelMapConfig& like) {
+  return voxels_of(read_known(file), like, file);
 }
 
 }  // namespace headway::app

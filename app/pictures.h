@@ -53,6 +53,7 @@ struct FloorLayers {
   std::optional<Pose2> start, robot;
   std::optional<Eigen::Vector2d> goal;
   std::optional<double> goal_yaw;  ///< [rad]
+  std::string goal_label = "goal";
 };
 
 /// A path as a polyline: its start, the centres of its cells, its end.

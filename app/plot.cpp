@@ -16,8 +16,14 @@ constexpr int kFraction = 4;  // bits below the pixel
 const Colour kGrid{232, 230, 228};
 
 std::vector<Tick> ticks_of(const PlotAxis& axis, int wanted) {
-  if (!axis.logarithmic) return linear_ticks(axis.lowest, axis.highest, wanted);
+  if (!axis.logarithmic && axis.lowest <= axis.highest)
+    return linear_ticks(axis.lowest, axis.highest, wanted);
   std::vector<Tick> ticks;
+  if (!axis.logarithmic) {
+    ticks = linear_ticks(axis.highest, axis.lowest, wanted);
+    for (Tick& tick : ticks) tick.share = 1 - tick.share;
+    return ticks;
+  }
   const double range = std::log(axis.highest / axis.lowest);
   for (double decade = std::pow(10, std::floor(std::log10(axis.lowest))); decade <= axis.highest;
        decade *= 10)

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/file_kind.h"
 #include "config/yaml_reader.h"
 #include "hal/angle.h"
 #include "hal/error.h"
@@ -248,6 +249,7 @@ std::filesystem::path default_robot_file() {
 }
 
 Robot read_robot(const std::filesystem::path& file) {
+  require_kind(file, FileKind::kRobot);
   const Section section = Section::load(file, "robot");
   Robot robot;
   robot.name = section.text("name");

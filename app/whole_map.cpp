@@ -16,14 +16,9 @@ Eigen::Vector3i place_of(const nav::BrickKey& key) { return {key.x, key.y, key.z
 nav::VoxelMapConfig around(const nav::ColdMap& known, nav::VoxelMapConfig config) {
   config.resolution = known.resolution();
   if (known.size() == 0) return config;
-  Eigen::Vector3i first = Eigen::Vector3i::Constant(std::numeric_limits<int>::max()), last = -first;
-  known.for_any([&](const nav::BrickKey& key, const nav::BrickValues&) {
-    first = first.cwiseMin(place_of(key));
-    last = last.cwiseMax(place_of(key));
-  });
-  const double brick = config.resolution * kEdge;
-  config.lowest = config.lowest.cwiseMin(brick * first.cast<double>());
-  config.highest = config.highest.cwiseMax(brick * (last.array() + 1).cast<double>().matrix());
+  const Eigen::AlignedBox3d extent = extent_of(known);
+  config.lowest = config.lowest.cwiseMin(extent.min());
+  config.highest = config.highest.cwiseMax(extent.max());
   return config;
 }
 
@@ -50,6 +45,16 @@ std::size_t voxels_of(const nav::VoxelMapConfig& config) {
 }
 
 }  // namespace
+
+Eigen::AlignedBox3d extent_of(const nav::ColdMap& known) {
+  Eigen::Vector3i first = Eigen::Vector3i::Constant(std::numeric_limits<int>::max()), last = -first;
+  known.for_any([&](const nav::BrickKey& key, const nav::BrickValues&) {
+    first = first.cwiseMin(place_of(key));
+    last = last.cwiseMax(place_of(key));
+  });
+  const double brick = known.resolution() * kEdge;
+  return {brick * first.cast<double>(), brick * (last.array() + 1).cast<double>().matrix()};
+}
 
 nav::VoxelMap whole_map(const nav::ColdMap& known, const nav::VoxelMapConfig& like) {
   nav::VoxelMap map(around(known, like));

@@ -2,12 +2,16 @@
 // look at all of it.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 
 #include "nav/cold_map.h"
 #include "nav/voxel_map.h"
 
 namespace headway::app {
+
+/// The box of the bricks that something is known of; there must be one [m].
+Eigen::AlignedBox3d extent_of(const nav::ColdMap& known);
 
 /// In a box around all that `known` knows and the box of `like`, which also says all else but the resolution.
 /// Throws InputError as VoxelMapConfig::validate when the box would not fit into memory.

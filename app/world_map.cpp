@@ -1,5 +1,6 @@
 #include "app/world_map.h"
 
+#include "app/file_kind.h"
 #include "config/yaml_reader.h"
 #include "hal/error.h"
 #include "sim_hal/world_file.h"
@@ -17,6 +18,7 @@ nav::VoxelMapConfig map_box(const Robot& robot, const sim::World& world) {
 }
 
 sim::World read_world_for(const Robot& robot, const std::filesystem::path& file) {
+  require_kind(file, FileKind::kWorld);
   const config::Section section = config::Section::load(file, "world");
   sim::World world = sim::world_from(section);
   try {

@@ -74,6 +74,26 @@ TEST_F(NextViewCommand, SaysWhenNothingIsLeftToGain) {
   EXPECT_TRUE(report()["best"].empty());
 }
 
+TEST_F(NextViewCommand, RefusesAPlaceOrALookThatCannotBe) {
+  for (const char* at : {"1000,0", "-2000,2000"}) {
+    EXPECT_EQ(run({"--at", at}), kBadInput);
+    EXPECT_THAT(complaint_, HasSubstr(") lies outside of the map, expected x from -3")) << at;
+  }
+  EXPECT_EQ(run({"--head", "180,180"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--head: (180, 180) is more than the head turns, expected pan from -45"));
+  nav::VoxelMap map = half_known();
+  for (double z = 0.1; z < 1; z += 0.05) {
+    const nav::VoxelMap::Index voxel = map.index({0.52, 1.02, z});
+    const std::size_t brick = map.brick_index(voxel / 8);
+    map.edit(brick)[static_cast<std::size_t>(
+        nav::VoxelMap::in_brick(voxel.x() & 7, voxel.y() & 7, voxel.z() & 7))] = nav::log_odds::kHighest;
+    map.settle(brick, Time{});
+  }
+  nav::write_bt(map, folder_ / "pole.bt");
+  EXPECT_EQ(run({"--at", "0.52,1.02"}, "pole.bt"), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--at: (0.52, 1.02) lies in an obstacle, expected free floor"));
+}
+
 TEST_F(NextViewCommand, NamesAMapThatCannotBeRead) {
   EXPECT_EQ(run({}, "absent.bt"), kBadInput);
   EXPECT_THAT(complaint_, HasSubstr("absent.bt: "));

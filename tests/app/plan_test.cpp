@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/floor_svg.h"
 #include "nav/floor_files.h"
+#include "nav/octomap_files.h"
 #include "tests/app/run_headway.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
@@ -123,11 +124,46 @@ TEST_F(PlanCommand, ReadsMovingAiMaps) {
   EXPECT_THAT(complaint_, HasSubstr("--to: (4, 2) lies outside of the map, expected x from 0 to 3"));
 }
 
+TEST_F(PlanCommand, RefusesAStartWhereNoRobotCanStand) {
+  nav::FloorMap floor = hall();
+  wall(floor, 1.5);
+  EXPECT_EQ(run(floor, {"--from", "1.52,0", "--to", "0,0"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--from: (1.52, 0) lies in an obstacle, expected free floor"));
+  EXPECT_EQ(run(floor, {"--from", "1.4,0", "--to", "0,0"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--from: at (1.4, 0), facing 0 deg, the body meets an obstacle at (1.5"));
+  EXPECT_EQ(run(floor, {"--from", "1,0", "--to", "0,0"}), kSuccess) << complaint_;
+  EXPECT_EQ(run(floor, {"--from", "500,0", "--to", "0,0"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--from: (500, 0) lies outside of the map, expected x from -1 to 5"));
+}
+
+TEST_F(PlanCommand, RefusesAStartBesideAVoxelMap) {
+  nav::VoxelMapConfig box;
+  box.lowest = {-2, -2, -0.4};
+  box.highest = {2, 2, 2};
+  nav::VoxelMap map(box);
+  map.edit(0)[0] = nav::log_odds::kHighest;
+  map.settle(0, Time{});
+  nav::write_bt(map, folder_ / "map.bt");
+  EXPECT_EQ(run({(folder_ / "map.bt").string(), "--from", "500,0", "--to", "0,0"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("--from: (500, 0) lies outside of the map, expected x from -3"));
+}
+
+TEST_F(PlanCommand, LeavesAUsersOwnFileAlone) {
+  write_text(folder_ / "out/plan.svg", "mine");
+  EXPECT_EQ(run(hall(), {"--from", "0,0", "--to", "3,1"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("out/plan.svg: is there already, and of no earlier 'headway plan'"));
+  EXPECT_EQ(read_text(folder_ / "out/plan.svg"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/plan.png"));
+}
+
 TEST_F(PlanCommand, NamesWhatCannotBeRead) {
   EXPECT_EQ(run({"absent.yaml", "--from", "0,0", "--to", "1,1"}), kBadInput);
   EXPECT_THAT(complaint_, HasSubstr("absent.yaml"));
   EXPECT_EQ(run({"map.png", "--from", "0,0", "--to", "1,1"}), kBadInput);
   EXPECT_THAT(complaint_, HasSubstr("map.png: has an unknown ending, expected a floor map"));
+  const std::string robot = (source_dir() / "config/hrp2/robot.yaml").string();
+  EXPECT_EQ(run({robot, "--from", "0,0", "--to", "1,1"}), kBadInput);
+  EXPECT_THAT(complaint_, HasSubstr("robot.yaml: looks like a robot file, expected a floor map"));
   EXPECT_EQ(run(hall(), {"--from", "nan,0", "--to", "1,1"}), kBadInput);
   EXPECT_EQ(run(hall(), {"--from", "0,0"}), kBadInput);
   EXPECT_EQ(run({"--help"}), kSuccess);

@@ -21,6 +21,14 @@ TEST(Plot, PutsValuesWhereTheAxesSay) {
   EXPECT_NE(at(image, 0.5, 0.75), kRed);
 }
 
+TEST(Plot, RunsTheOtherWayWhereTheAxisDoes) {
+  Plot plot(kWidth, kHeight, {10, 0, "x"}, {100, 0, "y"}, "");
+  plot.dots({{2.5, 25}}, kRed, "");
+  EXPECT_EQ(at(plot.finished(), 0.75, 0.75), kRed);
+  const cv::Mat up = Plot(kWidth, kHeight, {0, 10, "x"}, {0, 1, ""}, "").finished(), down = plot.finished();
+  EXPECT_NE(cv::norm(up(cv::Rect(64, 242, 300, 14)), down(cv::Rect(64, 242, 300, 14))), 0) << "its numbers";
+}
+
 TEST(Plot, SpacesLogarithmicAxesByFactors) {
   Plot plot(kWidth, kHeight, {1, 100, "x", true}, {0.01, 100, "y", true}, "");
   plot.dots({{10, 0.1}}, kRed, "");
