@@ -28,20 +28,23 @@ namespace fs = std::filesystem;
 struct ConvertOptions {
   fs::path in, out;
   std::optional<double> resolution;
-  double floor = 0, height = 1.7;
+  std::optional<double> floor, height;
 };
+
+constexpr double kHeight = 1.7;  // of the columns on a floor map's blocked cells [m]
 
 nav::SavedMap read_floor(const ConvertOptions& options) {
   const nav::FloorMap floor = nav::read_map_server(fs::path(options.in).replace_extension(".yaml"));
   const Eigen::Array2d first = floor.grid.origin.array() / floor.grid.resolution;
   const double shift = (first - first.round()).abs().maxCoeff() * floor.grid.resolution;
   if (shift > 1e-6) fmt::print("cells move by {:.3f} m, onto the grid of the voxels\n", shift);
-  return nav::raise_floor(floor, options.height);
+  return nav::raise_floor(floor, options.height.value_or(kHeight));
 }
 
 void write_floor(const nav::SavedMap& saved, const ConvertOptions& options) {
   const fs::path folder = options.out.has_parent_path() ? options.out.parent_path() : fs::path(".");
-  nav::write_map_server(nav::floor_below(saved.map, {}, options.floor), folder, options.out.stem().string());
+  nav::write_map_server(nav::floor_below(saved.map, {}, options.floor.value_or(0)), folder,
+                        options.out.stem().string());
 }
 
 /// How a format is read and written, and what does not survive it.
@@ -104,8 +107,24 @@ std::string what_is_lost(const Format& from, const Format& to, const nav::SavedM
   return lost.empty() ? "" : ", without " + lost;
 }
 
+/// Throws InputError for an option that would do nothing.
+void refuse_idle(const ConvertOptions& options) {
+  const auto refuse = [](bool given, const char* option, const char* what, const fs::path& file) {
+    if (given)
+      throw InputError(fmt::format("map convert: {} is for {}, which {} is not; leave it out", option, what,
+                                   file.string()));
+  };
+  const auto is_floor = [](const fs::path& file) {
+    return file.extension() == ".pgm" || file.extension() == ".yaml";
+  };
+  refuse(options.resolution && options.in.extension() != ".ply", "--resolution", "points (.ply)", options.in);
+  refuse(options.height && !is_floor(options.in), "--height", "IN a floor map (.pgm, .yaml)", options.in);
+  refuse(options.floor && !is_floor(options.out), "--floor", "OUT a floor map (.pgm, .yaml)", options.out);
+}
+
 int convert(const ConvertOptions& options) {
   const Format &from = format_of(options.in), &to = format_of(options.out);
+  refuse_idle(options);
   const nav::SavedMap saved = from.read(options);
   const nav::ColdMap& map = saved.map;
   to.write(saved, options);
@@ -141,14 +160,15 @@ void add_map_convert(CLI::App& map, Run& run) {
       ->add_option("--resolution", options->resolution, "Edge of the voxels that the points of a .ply go to")
       ->check(finite_in(nav::ColdMap::kFinest, nav::ColdMap::kCoarsest))
       ->type_name("M");
-  command->add_option("--floor", options->floor, "Height of the floor in IN, for OUT .pgm or .yaml")
+  command
+      ->add_option("--floor", options->floor, "Height of the floor in IN, for OUT .pgm or .yaml; default: 0")
       ->check(finite_in(-10000, 10000))
-      ->type_name("M")
-      ->capture_default_str();
-  command->add_option("--height", options->height, "Height of the columns raised from IN .pgm or .yaml")
+      ->type_name("M");
+  command
+      ->add_option("--height", options->height,
+                   fmt::format("Height of the columns raised from IN .pgm or .yaml; default: {}", kHeight))
       ->check(finite_in(0.001, 100))
-      ->type_name("M")
-      ->capture_default_str();
+      ->type_name("M");
   command->callback([options, &run] { run = [options] { return convert(*options); }; });
 }
 

@@ -125,6 +125,10 @@ TEST_F(MapConvert, SaysWhatIsWrong) {
   EXPECT_THAT(message("map", "map.bt"), HasSubstr("expected a name that ends with"));
   EXPECT_THAT(message("map.ot", "none/map.bt"), HasSubstr("none/map.bt: cannot be written"));
   EXPECT_THAT(message("map.ot", "none/map.hmap"), HasSubstr("none/map.hmap: cannot be written"));
+  EXPECT_THAT(message("map.ot", "map.bt", {"--resolution", "0.2"}),
+              HasSubstr("--resolution is for points (.ply), which "));
+  EXPECT_THAT(message("map.ot", "map.bt", {"--height", "2"}), HasSubstr("--height is for IN a floor map"));
+  EXPECT_THAT(message("map.ot", "map.bt", {"--floor", "2"}), HasSubstr("--floor is for OUT a floor map"));
   EXPECT_THAT(message("map.ot", "floor.pgm", {"--floor", "-40"}), HasSubstr("nothing was seen between"));
   std::ofstream(folder_ / "cloud.ply")
       << "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float "

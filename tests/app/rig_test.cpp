@@ -52,6 +52,19 @@ TEST_F(RigConvert, KeepsWhatItWasNotToldToChange) {
   EXPECT_EQ(after.disparity_sigma, before.disparity_sigma);
 }
 
+TEST_F(RigConvert, NamesARigByItsNewFileWhereNobodyNamedIt) {
+  ASSERT_EQ(convert(kOurs, ros()).code, kSuccess);
+  ASSERT_EQ(convert(ros(), folder_ / "back.yaml").code, kSuccess);
+  EXPECT_EQ(vision::read_rig(folder_ / "back.yaml").name, "back");
+}
+
+TEST_F(RigConvert, RefusesWhatWouldLoseOrDoNothing) {
+  const std::string one = (folder_ / "a.yaml").string();
+  EXPECT_TRUE(says(convert(kOurs, one + "," + (folder_ / "./a.yaml").string()), {"is one file for both"}));
+  EXPECT_FALSE(fs::exists(one));
+  EXPECT_TRUE(says(convert(kOurs, one, {"--size", "3", "3"}), {"--size", "says", "leave it out"}));
+}
+
 TEST_F(RigConvert, SaysWhatIsWrong) {
   EXPECT_TRUE(says(convert(folder_ / "none.yaml", folder_ / "to.yaml"), {"none.yaml"}));
   EXPECT_TRUE(says(convert(kOurs, folder_ / "no/such/to.yaml"), {"to.yaml"}));
