@@ -3,6 +3,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,29 @@
 #include <opencv2/core/utility.hpp>
 
 #include "app/commands.h"
+#include "config/spelling.h"
 #include "config/yaml_limits.h"
 #include "hal/error.h"
 
 namespace headway::app {
 
 namespace {
+
+/// The first argument that looks like an option and is none, and which one may be meant; empty: there is
+/// none. It is told before what is missing, which is mostly what it was to be.
+std::string unknown_option(const CLI::App& program, const CLI::App& command) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& argument : program.remaining(true)) {
+    if (!argument.starts_with("--") || argument == "--") continue;
+    const std::string name = argument.substr(0, argument.find('='));
+    const std::string meant = config::meant_by(name, known);
+    return fmt::format("{} is no option{}", config::one_line(name),
+                       meant.empty() ? "" : fmt::format("; did you mean {}?", meant));
+  }
+  return "";
+}
 
 /// What is wrong with the arguments, and where to read on, in one line.
 std::string told(const CLI::App& program, const CLI::ParseError& fault) {
@@ -25,8 +43,11 @@ std::string told(const CLI::App& program, const CLI::ParseError& fault) {
     last = last->get_subcommands().front();
     chosen += (chosen.empty() ? "" : " ") + last->get_name();
   }
-  if (last->get_require_subcommand_min() == 0)
-    return fmt::format("{0}: {1}; see 'headway {0} --help'", chosen, config::one_line(fault.what()));
+  if (last->get_require_subcommand_min() == 0) {
+    const std::string stranger = unknown_option(program, *last);
+    return fmt::format("{0}: {1}; see 'headway {0} --help'", chosen,
+                       stranger.empty() ? config::one_line(fault.what()) : stranger);
+  }
   std::vector<std::string> commands;
   for (const CLI::App* command : last->get_subcommands([](const CLI::App*) { return true; }))
     commands.push_back(command->get_name());
@@ -86,6 +107,11 @@ int run_program(int argc, const char* const* argv) {
   } catch (const InputError& e) {
     fmt::print(stderr, "headway: {}\n", e.what());
     return kBadInput;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr,
+               "headway: there is not enough memory; coarser voxels, smaller images or a shorter "
+               "range need less\n");
+    return kInternal;
   } catch (const std::exception& e) {
     fmt::print(stderr, "headway: {}\n", e.what());
     return kInternal;

@@ -164,8 +164,9 @@ TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
   EXPECT_TRUE(refuses({"map", "--near", "1", "convert", "a.ot", "b.ot"}, "--near excludes convert"));
   EXPECT_TRUE(refuses({"rig", "convert"}, "rig convert: from is required; see 'headway rig convert --help'"));
   EXPECT_TRUE(refuses({"sim"}, "sim: world is required; see 'headway sim --help'"));
-  EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"},
-                      "sim: The following argument was not expected: --fly; see"));
+  EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"}, "sim: --fly is no option; see"));
+  EXPECT_TRUE(refuses({"sim", "w", "--outt", "o"}, "sim: --outt is no option; did you mean --out?; see"));
+  EXPECT_TRUE(refuses({"rig", "convert", "--nmae=a"}, "--nmae is no option; did you mean --name?; see"));
   EXPECT_TRUE(refuses({"campaign", "--worlds", "-3"}, "campaign: --worlds: "));
   EXPECT_TRUE(
       refuses({"map", "--sequence", "s", "--out", "o", "--matcher", "a\nb"}, "map: --matcher: a b not in"));
@@ -175,6 +176,23 @@ TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
   }
   EXPECT_EQ(run_headway({"--help"}).code, kSuccess);
   EXPECT_EQ(run_headway({"sim", "--help"}).code, kSuccess);
+}
+
+TEST(BadInput, AFileOfAnotherKindIsCalledWhatItIs) {
+  const std::string robot = (kTree / "config/hrp2/robot.yaml").string(),
+                    world = (kTree / "config/worlds/lab.yaml").string();
+  EXPECT_TRUE(refuses({"sim", robot, "--out", "o", "--robot", robot},
+                      "robot.yaml: looks like a robot file, expected a world"));
+  EXPECT_TRUE(refuses({"sim", world, "--out", "o", "--robot", world},
+                      "lab.yaml: looks like a world, expected a robot file"));
+  EXPECT_TRUE(
+      refuses({"sim", (kTree / "config/hrp2/rigs/bottom.yaml").string(), "--out", "o", "--robot", robot},
+              "bottom.yaml: looks like a rig, expected a world"));
+}
+
+TEST(BadInput, AnOutFolderWithoutANameIsRefused) {
+  auto arguments = sim_of(kTree / "config/worlds/lab.yaml", "");
+  EXPECT_TRUE(refuses(arguments, "--out: is empty, expected a folder to write into"));
 }
 
 TEST(BadInput, AnOutFolderThatCannotBeMadeIsNamed) {
