@@ -214,7 +214,8 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["reason"] = outcome.reason;
   report["goal_error_m"] = rounded(outcome.goal_error);
   if (outcome.short_of_goal > 0) report["short_of_goal_m"] = rounded(outcome.short_of_goal);
-  report["goal_yaw_error_deg"] = rounded(outcome.goal_yaw_error * kDegrees, 2);
+  report["goal_yaw_error_deg"] =
+      outcome.goal_yaw_error ? rounded(*outcome.goal_yaw_error * kDegrees, 2) : Json(nullptr);
   report["odometry_error_m"] = rounded(outcome.odometry_error);
   report["map_error_m"] = rounded(outcome.map_error);
   report["collisions"] = outcome.collision ? 1 : 0;

@@ -327,11 +327,13 @@ SimOutcome SimSession::judge(std::string end) const {
   if (goal_.yaw) out.goal_yaw_error = std::abs(wrap_angle(base.yaw - *goal_.yaw));
   if (out.end == "arrived") out.short_of_goal = mission_.short_of_goal();
   out.arrived = out.end == "arrived" && out.goal_error <= out.short_of_goal + kArrivedWithin &&
-                out.goal_yaw_error <= kArrivedWithinYaw;
+                out.goal_yaw_error.value_or(0) <= kArrivedWithinYaw;
   if (out.end == "arrived" && !out.arrived) {
     out.end = "missed";
-    out.reason = fmt::format("believes to be at the goal, and is {:.2f} m and {:.1f} degrees off it",
-                             out.goal_error, out.goal_yaw_error * 180 / std::numbers::pi);
+    out.reason = fmt::format(
+        "believes to be at the goal, and is {:.2f} m{} off it", out.goal_error,
+        out.goal_yaw_error ? fmt::format(" and {:.1f} degrees", *out.goal_yaw_error * 180 / std::numbers::pi)
+                           : "");
   }
   const Pose2 by_odometry = links_->report.value().committed.stance.base();
   out.odometry_error = (base.position() - by_odometry.position()).norm();

@@ -55,14 +55,14 @@ struct SimOutcome {
   std::optional<sim::Collision> collision;
   /// "arrived", "missed" (it believes so, and is elsewhere), "stopped", "collision", "fall" or "time"
   std::string end;
-  std::string reason;         ///< why it stopped, for people
-  double goal_error = 0;      ///< true distance of the base from the goal [m]
-  double short_of_goal = 0;   ///< how far from it the nearest place lies, where no way leads to it [m]
-  double goal_yaw_error = 0;  ///< [rad]; 0 without a wished yaw
-  double odometry_error = 0;  ///< true base against where odometry has it [m]
-  double map_error = 0;       ///< and against where it is believed to be in the map [m]
-  double walked = 0;          ///< way of the base [m]
-  double seconds = 0;         ///< simulated
+  std::string reason;        ///< why it stopped, for people
+  double goal_error = 0;     ///< true distance of the base from the goal [m]
+  double short_of_goal = 0;  ///< how far from it the nearest place lies, where no way leads to it [m]
+  std::optional<double> goal_yaw_error;  ///< [rad]; nothing without a wished yaw
+  double odometry_error = 0;             ///< true base against where odometry has it [m]
+  double map_error = 0;                  ///< and against where it is believed to be in the map [m]
+  double walked = 0;                     ///< way of the base [m]
+  double seconds = 0;                    ///< simulated
 };
 
 /// When the mission went over to another state, and where the robot believed to be.

@@ -45,7 +45,8 @@ TEST(SimSession, WalksToAGoalAndFacesAsWished) {
   const SimOutcome outcome = session.run();
   EXPECT_TRUE(outcome.arrived) << outcome.reason;
   EXPECT_LE(outcome.goal_error, 0.10);
-  EXPECT_LE(outcome.goal_yaw_error, 0.1);
+  ASSERT_TRUE(outcome.goal_yaw_error);
+  EXPECT_LE(*outcome.goal_yaw_error, 0.1);
   EXPECT_EQ(session.bus_loop().counters().missed, 0U);
   ASSERT_FALSE(session.steps().empty());
   for (const auto& step : session.steps()) EXPECT_LE(step.frame_age, session.robot().steps.max_map_age);
@@ -61,6 +62,17 @@ TEST(SimSession, WalksInOrdersAsItDoesInSteps) {
   const Json report = sim_report(session, outcome);
   EXPECT_GE(report["orders"], 3);
   EXPECT_LT(report["orders"], report["steps"].size());
+}
+
+TEST(SimSession, HasNoYawErrorWhereNoYawIsWished) {
+  sim::World world = empty_room();
+  world.goal->yaw.reset();
+  SimOptions options = range_mode();
+  options.longest = seconds(1);
+  SimSession session(hrp2(), world, options);
+  const SimOutcome outcome = session.run();
+  EXPECT_FALSE(outcome.goal_yaw_error);
+  EXPECT_TRUE(sim_report(session, outcome)["goal_yaw_error_deg"].is_null());
 }
 
 TEST(SimSession, ReportsWhatWasWrongWithTheCamerasSight) {
