@@ -83,6 +83,7 @@ void BusLoop::take_plan(const nav::StepPlan& plan) noexcept {
       planned_ = plan.count > 0;
       break;
     case nav::PlanVerdict::kLate:
+    case nav::PlanVerdict::kStopping:  // the walk's last step was committed while the plan was made
       ++counters_.plans_late;
       break;
     default:
