@@ -126,9 +126,7 @@ class Feet {
     const hal::Footstep taken = hal::quantised({swing_, landing, 0, gait_.step_duration});
     stance_ = stance_.after(taken);
     swing_ = standing;
-    walk_.steps.push_back(taken);
-    walk_.stances.push_back(stance_);
-    walk_.bases.push_back(base());
+    walk_.add(taken, stance_, base());
   }
 
   GaitLimits gait_;

@@ -17,6 +17,12 @@ struct Walk {
   std::vector<hal::Stance> stances;  ///< after each step
   std::vector<Pose2> bases;          ///< carried by the foot that each step lands: where the body goes next
   std::vector<hal::PartOfOrder> orders;  ///< that each step belongs to; empty where steps travel themselves
+
+  void add(const hal::Footstep& step, const hal::Stance& after, const Pose2& base) {
+    steps.push_back(step);
+    stances.push_back(after);
+    bases.push_back(base);
+  }
 };
 
 /// Steps along a path, from the stance after the committed steps. `last_foot`: the foot that lands last in

@@ -71,9 +71,7 @@ class Orders {
       walk_.orders.push_back({order, static_cast<std::uint8_t>(&step - steps->all().data())});
       stance_ = stance_.after(step);
       last_foot_ = step.foot;
-      walk_.steps.push_back(step);
-      walk_.stances.push_back(stance_);
-      walk_.bases.push_back(base());
+      walk_.add(step, stance_, base());
     }
     return true;
   }

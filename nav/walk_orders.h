@@ -1,6 +1,7 @@
 // From a path of cells to walk orders, and the steps that they mean.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "nav/footsteps.h"
