@@ -88,7 +88,7 @@ TEST(ViewGain, CountsWhatOctoMapsRaysMeetBeforeTheFirstObstacle) {
     sum_off += std::abs(counted - exact);
     looks += 1;
   });
-  ASSERT_GT(sum_exact, 100 * looks);
+  ASSERT_GT(sum_exact, 20 * looks) << "or the test shows nothing";
   const double chance = 100 / looks;  // among fewer, a single one weighs more
   EXPECT_NEAR(sum / sum_exact, 1, 0.01 * chance) << "over " << looks << " looks";
   EXPECT_LT(sum_off, 0.02 * chance * sum_exact);  // one look by itself may miss much behind an edge
