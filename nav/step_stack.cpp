@@ -89,7 +89,7 @@ void StepStack::forget_from(std::int64_t index) noexcept {
     committed_.part.reset();
     return;
   }
-  const CommittedStep& last = committed_.newest[static_cast<std::size_t>(index - 1) % Committed::kRemembered];
+  const CommittedStep& last = committed_.newest[static_cast<std::size_t>(index - 1) % Committed::kKept];
   committed_.stance = last.stance;
   committed_.last_foot = last.step.foot;
   committed_.part = last.part;
@@ -202,8 +202,7 @@ void StepStack::sent(Time now) noexcept {
   committed_.part = next_part();
   committed_.newest_frame = plan_.newest_frame;
   committed_.at_rest = false;
-  committed_.newest[committed_.next_index % Committed::kRemembered] = {*step, committed_.stance,
-                                                                       committed_.part};
+  committed_.newest[committed_.next_index % Committed::kKept] = {*step, committed_.stance, committed_.part};
   ++committed_.next_index;
 }
 

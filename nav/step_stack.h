@@ -65,6 +65,8 @@ struct CommittedStep {
 /// What the frame loop needs to know to plan on.
 struct Committed {
   static constexpr std::uint32_t kRemembered = 8;
+  /// Steps at the end that the robot turns out not to walk, four at most, must not cost those before them.
+  static constexpr std::uint32_t kKept = kRemembered + 4;
   std::uint8_t session = 0;
   std::uint32_t next_index = 0;  ///< the first step that may still change
   hal::Stance stance;            ///< after all committed steps
@@ -75,13 +77,13 @@ struct Committed {
   StackStop why = StackStop::kNone;      ///< kNone too once the last step of a complete plan is committed
   bool at_rest = true;                   ///< no committed step is left to walk
   Time newest_frame{};                   ///< of the plan of the last committed step
-  std::uint32_t taken = 0, late = 0, refused = 0;   ///< plans, since the program began
-  std::array<CommittedStep, kRemembered> newest{};  ///< step i at i modulo the size
+  std::uint32_t taken = 0, late = 0, refused = 0;  ///< plans, since the program began
+  std::array<CommittedStep, kKept> newest{};       ///< step i at i modulo the size
 
   /// Step `index` of the session; nothing when it is not committed, or so long ago that it is forgotten.
   const CommittedStep* step(std::uint32_t index) const noexcept {
     const bool known = index < next_index && next_index - index <= kRemembered;
-    return known ? &newest[index % kRemembered] : nullptr;
+    return known ? &newest[index % kKept] : nullptr;
   }
 };
 

@@ -7,193 +7,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/heap_count.h"
+#include "tests/nav/stack_and_peer.h"
 
 namespace headway::nav {
 namespace {
 
-using hal::Foot;
 using hal::Stance;
 using hal::WalkState;
 using std::chrono::milliseconds;
-
-constexpr std::uint8_t kSession = 3;
-const Duration kStep = milliseconds(800);
-
-/// Tells steps apart: the n-th step ever planned is n millimetres long.
-hal::Footstep some_step(std::uint32_t index, int mark) {
-  const Foot foot = index % 2 == 0 ? Foot::kLeft : Foot::kRight;
-  return hal::quantised({foot, {mark * 1e-3, foot == Foot::kLeft ? 0.19 : -0.19, 0}, 0, kStep});
-}
-
-StepPlan some_plan(std::uint32_t first, int count, bool complete, Time frame, int mark = 0) {
-  StepPlan plan;
-  plan.session = kSession;
-  plan.first_index = first;
-  plan.count = count;
-  plan.complete = complete;
-  plan.newest_frame = frame;
-  for (int i = 0; i < count; ++i) {
-    plan.steps[static_cast<std::size_t>(i)] = some_step(first + static_cast<std::uint32_t>(i), mark + i);
-  }
-  return plan;
-}
-
-/// The other side as the contract says it: takes steps in order until too late, walks what it has. It answers
-/// from what reached it; frames may be lost in either direction. Plain value, so that a search can branch
-/// from it.
-struct Peer {
-  std::uint32_t accepted = 0, started = 0;
-  Time lifted{}, first_accepted{};
-  bool ended = false, refuses = false, standing = true;
-  std::uint8_t rejected = hal::kNoStep;
-  hal::StepReject reason = hal::StepReject::kNone;
-
-  void take(Time now, std::uint32_t index) {
-    if (index < accepted) return;  // a repetition
-    if (index != accepted || ended || refuses) {
-      rejected = static_cast<std::uint8_t>(index % 64);
-      reason = ended ? hal::StepReject::kLate : hal::StepReject::kSequence;
-      return;
-    }
-    if (accepted++ == 0) first_accepted = now;
-  }
-
-  void run(Time now) {
-    if (started == 0) {
-      if (accepted >= 3 || (accepted > 0 && now - first_accepted >= milliseconds(300))) lift(now);
-      return;
-    }
-    if (standing || now - lifted < kStep) return;
-    if (started < accepted) {
-      lift(now);
-    } else {
-      standing = true;
-    }
-  }
-
-  void lift(Time now) {
-    ++started;
-    lifted = now;
-    standing = false;
-    // The one that lifts off now and two more, or this walk has an end.
-    if (accepted < started + 2) ended = true;
-  }
-
-  hal::WalkStatus status(Time now) const {
-    hal::WalkStatus s;
-    s.session = kSession;
-    s.state = standing ? WalkState::kStanding : ended ? WalkState::kStopping : WalkState::kWalking;
-    s.executing = started == 0 ? hal::kNoStep : static_cast<std::uint8_t>((started - 1) % 64);
-    s.accepted = accepted == 0 ? hal::kNoStep : static_cast<std::uint8_t>((accepted - 1) % 64);
-    s.rejected = rejected == hal::kNoStep ? std::uint8_t{0} : rejected;
-    s.reject_reason = reason;
-    s.phase_remaining = standing || started == 0 ? Duration{} : lifted + kStep - now;
-    s.stamp = now;
-    return s;
-  }
-};
-
-/// The step stack, its peer and the driver between them, which repeats a step until it is answered.
-struct Walking {
-  StepStack stack;
-  Peer peer;
-  hal::WalkStatus heard;
-  Time now = at_seconds(10);
-  bool answers = true, listens = true, sends = true;
-
-  // What the test remembers to judge by.
-  std::array<hal::Footstep, 200> committed{};
-  std::uint32_t high = 0;  ///< steps ever committed
-  bool stopped = false;
-  std::uint32_t stopped_at = 0;
-  const char* fault = nullptr;
-
-  Walking() {
-    stack.begin(kSession, Stance::parallel({0, 0, 0}, 0.19));
-    heard = peer.status(now);
-  }
-
-  std::uint32_t next() const { return stack.committed().next_index; }
-  void complain(const char* what) {
-    if (fault == nullptr) fault = what;
-  }
-
-  void cycle() {
-    now += milliseconds(5);
-    peer.run(now);
-    const bool cyclic = (now.time_since_epoch() / milliseconds(5)) % 4 == 0;
-    if (answers && cyclic) heard = peer.status(now);
-    while (const auto step = stack.due(now, heard)) {
-      judge(*step);
-      if (!sends) break;
-      stack.sent(now);
-    }
-    // One unanswered step after the other, as the driver does it.
-    if (listens && cyclic && peer.accepted < next()) peer.take(now, peer.accepted);
-    judge_always();
-  }
-
-  void judge(const hal::NumberedStep& step) {
-    if (step.index != next()) complain("indexes are not consecutive");
-    if (stopped) complain("a step after a stop");
-    if (step.index > peer.started + 2) complain("committed more than the one under way and two after it");
-    if (peer.started > 0) {
-      // The newest that can commit now has its deadline at the next lift-off.
-      const Duration left = peer.lifted + kStep - now;
-      if (left < milliseconds(300)) complain("committed too late for its deadline");
-      if (left > milliseconds(455)) complain("committed before it had to");
-    }
-    if (now - stack_frame > seconds(1)) complain("committed on an old map");
-    if (!sends) return;
-    if (step.index < high) complain("an index committed twice");
-    committed[step.index] = step.step;
-    high = std::max(high, step.index + 1);
-  }
-
-  void judge_always() {
-    const Committed& c = stack.committed();
-    if (stopped && c.next_index > stopped_at) complain("grew after a stop");
-    if (c.stopping && !stopped) {
-      stopped = true;
-      stopped_at = c.next_index;
-    }
-    if (c.next_index > peer.started + 3) complain("too many steps ahead");
-    // What the stack says is the chain of the steps it gave out.
-    Stance stance = Stance::parallel({0, 0, 0}, 0.19);
-    for (std::uint32_t i = 0; i < c.next_index; ++i) stance = stance.after(committed[i]);
-    if (stance.left.x != c.stance.left.x || stance.right.x != c.stance.right.x) complain("another stance");
-    if (c.step(c.next_index) != nullptr) complain("a step that is not committed");
-    for (std::uint32_t i = c.next_index; i > 0 && c.next_index - i < Committed::kRemembered; --i) {
-      const CommittedStep* step = c.step(i - 1);
-      if (step == nullptr || step->step.landing.x != committed[i - 1].landing.x) complain("another step");
-    }
-    if (c.at_rest && c.next_index > 0) {
-      if (c.next_index != peer.started || !peer.standing) complain("not at rest, or elsewhere");
-    }
-    // While it goes on, the peer never runs dry of the two steps it needs to come to rest.
-    if (!c.stopping && peer.ended && answers && peer.started > 0 && now - peer.lifted > milliseconds(40) &&
-        now - heard.stamp <= milliseconds(20)) {
-      complain("the peer ends the walk and the stack does not know");
-    }
-  }
-
-  Time stack_frame = at_seconds(10);
-  PlanVerdict plan(std::uint32_t first, int count, bool complete, int mark) {
-    const PlanVerdict verdict = stack.propose(some_plan(first, count, complete, now, mark));
-    if (verdict == PlanVerdict::kTaken) stack_frame = now;
-    return verdict;
-  }
-  void run(Duration d) {
-    for (const Time end = now + d; now < end;) cycle();
-  }
-  /// Frames that keep coming, so the plan stays fresh.
-  void run_fresh(Duration d, int count = 20) {
-    for (const Time end = now + d; now < end;) {
-      plan(next(), count, false, 0);
-      run(milliseconds(30));
-    }
-  }
-};
 
 TEST(StepStack, CommitsThreeStepsAtRestAndThenOneAStep) {
   Walking w;
@@ -266,7 +87,7 @@ TEST(StepStack, SaysWhyItRefusesAPlan) {
   hop.steps[1].foot = hop.steps[0].foot;
   EXPECT_EQ(w.stack.propose(hop), PlanVerdict::kInvalid);
   StepPlan same_foot = some_plan(3, 4, false, w.now);
-  same_foot.steps[0].foot = Foot::kLeft;  // as step 2
+  same_foot.steps[0].foot = hal::Foot::kLeft;  // as step 2
   EXPECT_EQ(w.stack.propose(same_foot), PlanVerdict::kInvalid);
   StepPlan long_plan = some_plan(3, 4, false, w.now);
   long_plan.count = StepPlan::kMost + 1;
@@ -332,6 +153,19 @@ TEST(StepStack, ForgetsWhatThePeerRefusedOrNeverWalked) {
   EXPECT_TRUE(w.stack.committed().at_rest);
   EXPECT_EQ(w.next(), w.peer.started);
   EXPECT_EQ(w.fault, nullptr) << w.fault;
+}
+
+TEST(StepStack, RemembersTheStepsBeforeThoseThatItForgets) {
+  for (int into_step = 0; into_step < 800; into_step += 50) {
+    Walking w;
+    w.run_fresh(seconds(9) + milliseconds(into_step));  // more steps than are remembered
+    w.listens = false;
+    w.run_fresh(milliseconds(900));
+    w.peer.refuses = w.listens = true;
+    w.run_fresh(seconds(3));
+    EXPECT_LT(w.next(), w.high) << "nothing was forgotten";
+    EXPECT_EQ(w.fault, nullptr) << w.fault;
+  }
 }
 
 TEST(StepStack, GivesUpAWalkThatNeverBegins) {

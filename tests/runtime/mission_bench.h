@@ -59,7 +59,7 @@ struct Bench {
     c.stance = c.stance.after(step);
     c.last_foot = step.foot;
     c.part = part;
-    c.newest[c.next_index++ % nav::Committed::kRemembered] = {step, c.stance, part};
+    c.newest[c.next_index++ % nav::Committed::kKept] = {step, c.stance, part};
     c.at_rest = false;
   }
   /// The bus loop commits the next steps of the plan that it was given.
