@@ -18,6 +18,7 @@ constexpr double kYawSlack = 1.5e-3;   // rounding of the wire [rad]
 constexpr std::size_t kTooMany = 20000;
 
 double side_of(hal::Foot foot) { return foot == hal::Foot::kLeft ? 1 : -1; }
+double on_the_wire(double yaw) { return hal::quantised({{}, {0, 0, yaw}}).landing.yaw; }
 Vector2d unit(double angle) { return {std::cos(angle), std::sin(angle)}; }
 Vector2d left_of(double angle) { return {-std::sin(angle), std::cos(angle)}; }
 
@@ -117,7 +118,7 @@ class Feet {
     const hal::Foot standing = hal::other(swing_);
     const Pose2 foot = next * Pose2{0, side_of(swing_) * half(), 0};
     Pose2 landing = stance_.at(standing).inverse() * foot;
-    landing.yaw = std::clamp(landing.yaw, -yaw_, yaw_);
+    landing.yaw = on_the_wire(std::clamp(landing.yaw, -yaw_, yaw_));  // which may make it an arc
     const double most = std::abs(landing.yaw) > gait_.arc_begins ? gait_.forward_on_arc : gait_.forward;
     landing.x = std::clamp(landing.x, -gait_.backward, most);
     const double apart = side_of(swing_) * landing.y;

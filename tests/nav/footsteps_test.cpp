@@ -230,6 +230,17 @@ TEST(Footsteps, TakeTheFewestStepsStraightOn) {
   EXPECT_NEAR(walk.stances.back().base().x, to.x(), 1e-3);
 }
 
+TEST(Footsteps, MakeAStepAnArcWhenTheWireRoundsItUpToOne) {
+  const FloorGrid grid = hall().grid;
+  const GaitLimits gait;
+  const Vector2d from = grid.centre({40, 40}), to = grid.centre({80, 40});
+  for (double yaw = gait.arc_begins - 0.002; yaw < gait.arc_begins + 0.002; yaw += 1e-4) {
+    const Pose2 start{from.x(), from.y(), yaw};
+    const Standing standing{Stance::parallel(start, gait.feet_apart), std::nullopt};
+    check_walk(place_feet(straight(grid, start, to, 0), standing.stance, {}, grid, gait), standing, gait);
+  }
+}
+
 TEST(Footsteps, GoOnWithTheOtherFootAsIfNothingHadHappened) {
   const FloorGrid grid = hall().grid;
   const GaitLimits gait;
