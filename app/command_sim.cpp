@@ -7,18 +7,20 @@
 
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/map_file.h"
 #include "app/odometry_options.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
 #include "app/world_map.h"
+#include "hal/error.h"
 
 namespace headway::app {
 
 namespace {
 
 struct Options {
-  std::filesystem::path world, out, robot = default_robot_file();
+  std::filesystem::path world, map, out, robot = default_robot_file();
   std::vector<double> goal;
   std::string matcher, execution;
   std::uint64_t seed = 0;
@@ -34,6 +36,18 @@ void print_memory(const runtime::Mapper& mapper) {
   fmt::print("map: a window of {:.1f} x {:.1f} x {:.1f} m in {:.1f} MiB, {} bricks aside in {:.1f} MiB\n",
              window.x(), window.y(), window.z(), mebibytes(mapper.voxels().bytes()), mapper.aside().size(),
              mebibytes(mapper.aside().bytes()));
+}
+
+void set_up_in(const std::filesystem::path& file, SimSession& session) {
+  const nav::SavedMap known = read_saved(file);
+  try {
+    session.restore(known);
+  } catch (const InputError& fault) {
+    throw InputError(fmt::format("{}: {}", file.string(), fault.what()));
+  }
+  if (known.surfaces.voxels() == 0)
+    fmt::print("{}: has no surfaces to align views with; the robot is taken to stand just where it began\n",
+               file.string());
 }
 
 int run(const Options& options) {
@@ -57,6 +71,7 @@ int run(const Options& options) {
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
   SimSession session(robot, world, sim);
+  if (!options.map.empty()) set_up_in(options.map, session);
   OutputFolder out(options.out, "sim", SimOutputs::kNames);
   SimOutputs outputs(session);
   Progress progress(world.name);
@@ -91,6 +106,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->delimiter(',')
       ->expected(2, 3)
       ->check(finite_in(-500, 500));
+  command->add_option(
+      "--map", options->map,
+      "What the robot knows already: a map that an earlier run saved (.hmap, or .bt, .ot). It "
+      "finds its place there, and steps nowhere before it has looked again");
   command->add_flag("--near", options->near,
                     "Where no way leads to the goal, walk to the reachable place nearest to it");
   command

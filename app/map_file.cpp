@@ -4,8 +4,6 @@
 
 #include "app/whole_map.h"
 #include "hal/error.h"
-#include "nav/cold_map.h"
-#include "nav/cold_map_file.h"
 #include "nav/octomap_files.h"
 
 namespace headway::app {
@@ -14,8 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-nav::ColdMap read_any(const fs::path& file) {
-  if (file.extension() == ".hmap") return nav::read_map_file(file);
+nav::SavedMap read_any(const fs::path& file) {
+  if (file.extension() == ".hmap") return nav::read_saved_map(file);
   if (file.extension() == ".bt") return nav::read_bt(file);
   if (file.extension() == ".ot") return nav::read_ot(file);
   throw InputError(
@@ -24,11 +22,14 @@ nav::ColdMap read_any(const fs::path& file) {
 
 }  // namespace
 
-nav::ColdMap read_known(const fs::path& file) {
-  nav::ColdMap known = read_any(file);
-  if (known.size() == 0) throw InputError(fmt::format("{}: knows nothing, expected a map", file.string()));
-  return known;
+nav::SavedMap read_saved(const fs::path& file) {
+  nav::SavedMap saved = read_any(file);
+  if (saved.map.size() == 0)
+    throw InputError(fmt::format("{}: knows nothing, expected a map", file.string()));
+  return saved;
 }
+
+nav::ColdMap read_known(const fs::path& file) { return read_saved(file).map; }
 
 nav::VoxelMap voxels_of(const nav::ColdMap& known, const nav::VoxelMapConfig& like, const fs::path& file) {
   try {

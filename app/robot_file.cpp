@@ -135,6 +135,9 @@ void read_localisation(const Section& section, runtime::LocalisationConfig& conf
   drift.swerve = section.number_or("swerve_deg_s", drift.swerve / kDegree, {0, 45, "deg/s"}) * kDegree;
   drift.shift = section.number_or("shift", drift.shift, {0, 1, "m"});
   drift.turn = section.number_or("turn_deg", drift.turn / kDegree, {0, 45, "deg"}) * kDegree;
+  config.start_shift = section.number_or("start_shift", config.start_shift, {1e-3, 0.5, "m"});
+  config.start_turn =
+      section.number_or("start_turn_deg", config.start_turn / kDegree, {0.01, 20, "deg"}) * kDegree;
   nav::LocaliseConfig& localise = config.localise;
   localise.shift_sigma = section.number_or("shift_sigma", localise.shift_sigma, {1e-4, 0.1, "m"});
   localise.turn_sigma =

@@ -91,6 +91,10 @@ class SimSession {
   /// obstacle).
   SimSession(const Robot& robot, const sim::World& world, const SimOptions& options);
 
+  /// Sets the robot up in a map that it knows from before; ahead of run(). Throws InputError when the map's
+  /// voxels are not the robot's.
+  void restore(const nav::SavedMap& known) { frames_.restore(known); }
+
   /// Called after each frame's work.
   void observe(runtime::FrameObserver observer) { observer_ = std::move(observer); }
   /// Called ten times per simulated second.

@@ -32,6 +32,11 @@ Drift::Drift(const DriftConfig& config) : config_(config) {
   covariance_(4, 4) = config.swerve * config.swerve;
 }
 
+void Drift::doubt_start(double shift, double turn) {
+  covariance_(0, 0) = covariance_(1, 1) = shift * shift;
+  covariance_(2, 2) = turn * turn;
+}
+
 void Drift::move(const Pose2& odom_from_robot, Time stamp) {
   const double time = to_seconds(stamp - std::exchange(stamp_, stamp));
   if (!odom_from_robot_) {

@@ -31,6 +31,9 @@ class Drift {
   /// Throws InputError as DriftConfig::validate.
   explicit Drift(const DriftConfig& config = {});
 
+  /// The robot is set up in a map that is known from before, to within these standard deviations [m, rad].
+  void doubt_start(double shift, double turn);
+
   /// The robot's pose in the odometry frame at a later time than before. While it stands, nothing drifts.
   void move(const Pose2& odom_from_robot, Time stamp);
   /// The pose that move() was told of last is off by what an alignment about it found.

@@ -19,6 +19,11 @@ FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, 
       localisation_(config.localisation, mapper.voxels()),
       glance_(config.localisation.glance) {}
 
+void FrameLoop::restore(const nav::SavedMap& known) {
+  mapper_.restore(known.map);
+  localisation_.restore(known.surfaces);
+}
+
 bool FrameLoop::work(Time now) {
   take_samples();
   take_frame();

@@ -7,6 +7,7 @@
 
 #include "hal/clock.h"
 #include "hal/pose_history.h"
+#include "nav/cold_map_file.h"
 #include "nav/levelling.h"
 #include "runtime/eyes.h"
 #include "runtime/links.h"
@@ -61,6 +62,10 @@ class FrameLoop {
   /// `stopwatch` measures the stages; it need not be the clock that the loop runs by.
   FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, Mission& mission, Links& links,
             const hal::Clock& stopwatch);
+
+  /// The robot is set up in a map that is known from before; ahead of the first frame. Throws as
+  /// Mapper::restore.
+  void restore(const nav::SavedMap& known);
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
 

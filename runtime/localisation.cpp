@@ -22,6 +22,12 @@ Localisation::Localisation(const LocalisationConfig& config, const nav::VoxelMap
   config.patches.validate();
 }
 
+void Localisation::restore(const nav::SurfacePoints& surfaces) {
+  if (!config_.use || surfaces.voxels() == 0) return;
+  for (const nav::SurfaceVoxel& voxel : surfaces.saved()) surfaces_.restore(voxel);
+  drift_.doubt_start(config_.start_shift, config_.start_turn);
+}
+
 void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
                        const Eigen::Isometry3d& odom_from_chest, Time stamp) {
   alignment_ = {};

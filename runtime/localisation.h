@@ -22,6 +22,9 @@ struct LocalisationConfig {
   nav::LocaliseConfig localise;
   DriftConfig drift;
   GlanceConfig glance;
+  // Standard deviations of where the robot is set up in a map that is known from before:
+  double start_shift = 0.05;  ///< [m]
+  double start_turn = 0.035;  ///< [rad]
   // Plans are made again from the corrected place when it has moved farther than this:
   double steady_shift = 0.01;  ///< [m]
   double steady_turn = 0.01;   ///< [rad]
@@ -37,6 +40,9 @@ class Localisation {
  public:
   /// `map` must outlive this.
   Localisation(const LocalisationConfig& config, const nav::VoxelMap& map);
+
+  /// Takes over the surfaces of a map that is known from before, ahead of the first view.
+  void restore(const nav::SurfacePoints& surfaces);
 
   /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`.
   void see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,

@@ -1,6 +1,9 @@
 #include "runtime/mapper.h"
 
 #include <cmath>
+#include <string>
+
+#include "hal/error.h"
 
 namespace headway::runtime {
 namespace {
@@ -46,6 +49,33 @@ void Mapper::follow(const Eigen::Vector3d& robot) {
   const Eigen::Vector3d middle = (voxels_.highest() + voxels_.lowest()) / 2,
                         wanted = robot.array().min(high).max(low);
   if ((wanted - middle).lpNorm<Eigen::Infinity>() > brick) voxels_.roll_to(wanted, &aside_);
+}
+
+void Mapper::restore(const nav::ColdMap& known) {
+  if (known.resolution() != voxels_.resolution())
+    throw InputError("the map's voxels have edges of " + std::to_string(known.resolution()) +
+                     " m, expected the robot's " + std::to_string(voxels_.resolution()));
+  known.for_any(
+      [&](const nav::BrickKey& key, const nav::BrickValues& values) { aside_.keep(key, values, {}); });
+  show_all_to_the_window();
+}
+
+/// The floor is projected from the window only, and what is known comes into it when it moves there.
+void Mapper::show_all_to_the_window() {
+  const double brick = voxels_.resolution() * nav::kBrickEdge;
+  const nav::BrickRange box = this->box();
+  const Eigen::Vector3d size = voxels_.highest() - voxels_.lowest(), home = voxels_.lowest() + size / 2,
+                        first = box.first.cast<double>() * brick + size / 2,
+                        end = box.end.cast<double>() * brick + size / 2;
+  voxels_.roll_to(first - size, &aside_);
+  for (double y = first.y(); y < end.y(); y += size.y()) {
+    for (double x = first.x(); x < end.x(); x += size.x()) {
+      voxels_.roll_to({x, y, first.z()}, &aside_);
+      project();
+    }
+  }
+  voxels_.roll_to(home, &aside_);
+  project();
 }
 
 nav::ColdMap Mapper::everything() const {

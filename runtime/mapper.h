@@ -28,6 +28,10 @@ class Mapper {
  public:
   Mapper(const MapperConfig& config, const Pose2& start);
 
+  /// Takes over what is known from before, ahead of the first look. It counts as seen at no time, so no step
+  /// commits there until it has been looked at again. Throws InputError when its voxels have another size.
+  void restore(const nav::ColdMap& known);
+
   /// Takes in one look; `stamp` is its exposure.
   nav::IntegrationStats integrate(const vision::RangeView& view, const Eigen::Isometry3d& map_from_camera,
                                   const Eigen::Isometry3d& map_from_chest, Time stamp);
@@ -47,6 +51,7 @@ class Mapper {
 
  private:
   void follow(const Eigen::Vector3d& robot);
+  void show_all_to_the_window();
 
   MapperConfig config_;
   Pose2 start_;

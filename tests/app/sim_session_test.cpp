@@ -64,6 +64,36 @@ TEST(SimSession, WalksInOrdersAsItDoesInSteps) {
   EXPECT_LT(report["orders"], report["steps"].size());
 }
 
+/// The same things, all of them moved together.
+sim::World moved(sim::World world, const Pose2& by) {
+  for (sim::Thing& thing : world.things) {
+    thing.solid.pose = by * thing.solid.pose;
+  }
+  return world;
+}
+
+TEST(SimSession, FindsItsPlaceInAMapOfAnEarlierRun) {
+  SimOptions options = range_mode();
+  options.exact_feet = true;
+  SimSession first(hrp2(), world("lab"), options);
+  ASSERT_TRUE(first.run().arrived);
+  nav::SavedMap known(first.mapper().everything());
+  known.surfaces = first.frame_loop().localisation().surfaces();
+
+  // The operator has set the robot up 12 cm and three degrees beside where it began.
+  const Pose2 off{0.1, -0.06, 0.05};
+  SimSession second(hrp2(), moved(world("lab"), off), options);
+  second.restore(known);
+  second.run();
+  EXPECT_LT(second.mission().views_taken(), first.mission().views_taken());
+  const Pose2 truth = second.body().stance().base(),
+              in_map = second.frame_loop().localisation().map_from_odom() *
+                       second.links().report.value().committed.stance.base(),
+              wanted = off.inverse() * truth;
+  EXPECT_LT((in_map.position() - wanted.position()).norm(), 0.02);
+  EXPECT_LT(std::abs(wrap_angle(in_map.yaw - wanted.yaw)), 0.005);
+}
+
 TEST(SimSession, HasNoYawErrorWhereNoYawIsWished) {
   sim::World world = empty_room();
   world.goal->yaw.reset();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "hal/error.h"
 #include "runtime/mapper.h"
 #include "tests/runtime/flat_room.h"
 
@@ -95,6 +96,26 @@ TEST(MapperWindow, KeepsTheMemoryAtHandTheSameAndAsideWhatWasSeen) {
   walk(mapper, kWalk, 0);
   walk(mapper, 0, kWalk);
   EXPECT_EQ(mapper.aside().size(), all) << "nothing new was seen";
+}
+
+TEST(MapperWindow, TakesOverAMapThatIsKnownFromBefore) {
+  Mapper before(hall(kWindow), {});
+  walk(before, 0, kWalk);
+  for (const double window : {kWindow, 0.0}) {
+    Mapper now(hall(window), {});
+    now.restore(before.everything());
+    EXPECT_TRUE(now.everything() == before.everything());
+    EXPECT_EQ(now.voxels().first_key(), Mapper(hall(window), {}).voxels().first_key());
+    EXPECT_EQ(now.floor().cells, before.floor().cells);
+    EXPECT_EQ(now.floor().seen(now.floor().grid.cell({9, 0.1})), nav::kNever) << "not in this life";
+    see(now, 0.3);
+    EXPECT_EQ(now.voxels().at_point({1.15, 0.65, 0.55}), nav::Voxel::kOccupied);
+  }
+}
+
+TEST(MapperWindow, RefusesAMapWithOtherVoxels) {
+  Mapper mapper(hall(kWindow), {});
+  EXPECT_THROW(mapper.restore(nav::ColdMap(0.05)), InputError);
 }
 
 TEST(MapperWindow, StaysWhileTheRobotSways) {
