@@ -2,11 +2,36 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "hal/error.h"
 #include "nav/floor_projection.h"
 
 namespace headway::nav {
+namespace {
+
+/// Goes from a cell to its neighbours and on, to each cell of a box once, as long as enter(cell) is true.
+template <class Enter>
+void spread(const Eigen::Vector2i& from, const Eigen::AlignedBox2i& box, const Enter& enter) {
+  if (!box.contains(from)) return;
+  const Eigen::Vector2i size = box.sizes() + Eigen::Vector2i::Ones();
+  std::vector<std::uint8_t> been(static_cast<std::size_t>(size.prod()), 0);
+  const auto visit = [&](const Eigen::Vector2i& cell) {
+    const Eigen::Vector2i in_box = cell - box.min();
+    const auto at = static_cast<std::size_t>(in_box.y() * size.x() + in_box.x());
+    return !std::exchange(been[at], std::uint8_t{1}) && enter(cell);
+  };
+  std::vector<Eigen::Vector2i> open{from};
+  visit(from);
+  while (!open.empty()) {
+    const Eigen::Vector2i cell = open.back();
+    open.pop_back();
+    for (const Eigen::Vector2i& step : {Eigen::Vector2i{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
+      if (box.contains(cell + step) && visit(cell + step)) open.emplace_back(cell + step);
+  }
+}
+
+}  // namespace
 
 FloorMap unseen_floor(const FloorGrid& grid) {
   return {grid, std::vector<Floor>(grid.size(), Floor::kUnseen), std::vector<Time>(grid.size(), kNever)};
@@ -55,18 +80,24 @@ void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Tim
                  bool robot_is_there) {
   const Pose2 start_from_map = start.inverse();
   const Eigen::AlignedBox2i cells = start_cells(floor.grid, start, area);
-  for (int y = cells.min().y(); y <= cells.max().y(); ++y) {
-    for (int x = cells.min().x(); x <= cells.max().x(); ++x) {
-      const Eigen::Vector2d seen_from_start = start_from_map * floor.grid.centre({x, y});
-      const bool under_robot =
-          robot_is_there && (seen_from_start.array().abs() <= area.footprint_half.array()).all();
-      const std::size_t cell = floor.grid.index({x, y});
-      if (!under_robot && (seen_from_start.norm() > area.radius || floor.cells[cell] != Floor::kUnseen))
-        continue;
-      floor.cells[cell] = Floor::kFree;
-      floor.seen_at[cell] = std::max(floor.seen_at[cell], stamp);
-    }
+  const auto seen_from_start = [&](const Eigen::Vector2i& cell) -> Eigen::Vector2d {
+    return start_from_map * floor.grid.centre(cell);
+  };
+  const auto free = [&](const Eigen::Vector2i& cell) {
+    const std::size_t index = floor.grid.index(cell);
+    floor.cells[index] = Floor::kFree;
+    floor.seen_at[index] = std::max(floor.seen_at[index], stamp);
+  };
+  if (robot_is_there) {
+    for (int y = cells.min().y(); y <= cells.max().y(); ++y)
+      for (int x = cells.min().x(); x <= cells.max().x(); ++x)
+        if ((seen_from_start({x, y}).array().abs() <= area.footprint_half.array()).all()) free({x, y});
   }
+  spread(floor.grid.cell(start.position()), cells, [&](const Eigen::Vector2i& cell) {
+    if (floor.at(cell) == Floor::kBlocked || seen_from_start(cell).norm() > area.radius) return false;
+    if (floor.at(cell) == Floor::kUnseen) free(cell);
+    return true;
+  });
 }
 
 }  // namespace headway::nav

@@ -209,6 +209,15 @@ TEST(StartArea, FreesNothingThatIsBlockedOnceTheRobotHasLeft) {
   EXPECT_EQ(floor_at(floor, 0.06, 0.01), Floor::kFree) << "the operator still vouches for what is unseen";
 }
 
+TEST(StartArea, EndsAtAWall) {
+  FloorMap floor = unseen_floor({0.05, {-2, -2}, 80, 80});
+  for (int y = 0; y < 80; ++y) floor.cells[floor.grid.index({50, y})] = Floor::kBlocked;  // x from 0.50
+  start_clear(floor, {}, {}, at_seconds(4));
+  EXPECT_EQ(floor_at(floor, 0.48, 0.3), Floor::kFree);
+  EXPECT_EQ(floor_at(floor, 0.58, 0.01), Floor::kUnseen);
+  EXPECT_EQ(floor.seen(floor.grid.cell({0.58, 0.01})), kNever);
+}
+
 RC_GTEST_PROP(StartArea, NeverFreesBlockedFloorOutsideOfTheFootprint, ()) {
   FloorMap floor = unseen_floor({0.05, {-2, -2}, 80, 80});
   for (auto& cell : floor.cells) cell = Floor::kBlocked;
