@@ -62,10 +62,59 @@ class SimulatedRobot : public ::testing::Test {
         5.0 + steps);
   }
 
+  /// Walks an arc, a straight, another arc and a step, and sees whether the feet stand where those orders
+  /// mean.
+  void walk_four_orders() {
+    using Kind = hal::WalkOrder::Kind;
+    hal::Stance stance = hal::Stance::parallel({}, 0.19);
+    std::optional<hal::Foot> last;
+    std::vector<hal::NumberedStep> steps;
+    for (const hal::WalkOrder& order :
+         {hal::WalkOrder{Kind::kArc, 0, 0, 0.3}, hal::WalkOrder{Kind::kStraightWithTurn, 0.9, 0.04, -0.06},
+          hal::WalkOrder{Kind::kArc, 0, -1.2, -0.4}, hal::WalkOrder{Kind::kNextStep, 0, 0, 0}}) {
+      const auto meant = nav::steps_of(order, stance, last, nav::GaitLimits{});
+      ASSERT_TRUE(meant);
+      for (std::size_t i = 0; i < meant->count; ++i) {
+        const auto index = static_cast<std::uint32_t>(steps.size());
+        steps.push_back({index, meant->steps[i], hal::PartOfOrder{order, static_cast<std::uint8_t>(i)}});
+        stance = stance.after(meant->steps[i]);
+        last = meant->steps[i].foot;
+      }
+    }
+    std::size_t next = 0;
+    walker.control(WalkRequest::kWalk, 1, {});
+    ASSERT_TRUE(until(
+        [&] {
+          if (next < steps.size() && walker.status().session == 1 && walker.status().queue_free > 4 &&
+              walker.unanswered() < 2 && walker.send(1, steps[next]))
+            ++next;
+          return next == steps.size() && walker.status().state == WalkState::kStanding &&
+                 walker.status().executing == (steps.size() - 1) % 64;
+        },
+        60));
+    const hal::Stance& walked = robot.control().pattern().planned_stance();
+    EXPECT_EQ(walked.left.x, stance.left.x);
+    EXPECT_EQ(walked.left.y, stance.left.y);
+    EXPECT_EQ(walked.right.x, stance.right.x);
+    EXPECT_EQ(walked.right.yaw, stance.right.yaw);
+    EXPECT_EQ(robot.control().counters().orders, 4U);
+  }
+  /// From now on one frame in ten of those between the two computers is lost, and one in twenty damaged.
+  void disturb() {
+    const auto one_in = [this](std::uint32_t n) {
+      noise = noise * 1664525u + 1013904223u;
+      return (noise >> 8) % n == 0;
+    };
+    robot.can().drop_if([=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(10); });
+    robot.can().corrupt_if(
+        [=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
+  }
+
   sim::SimRobot robot{sim::RobotConfig{}, Pose2{}};
   Cia402Head head{robot.bus(), {}};
   CanWalker walker{robot.bus()};
   Time now{};
+  std::uint32_t noise = 7;
 };
 
 TEST_F(SimulatedRobot, HasItsHeadReadyWithinTwoSeconds) {
@@ -134,39 +183,16 @@ TEST_F(SimulatedRobot, FaultsWhileADriveIsSilentAndComesBackWithIt) {
 
 TEST_F(SimulatedRobot, WalksTheStepsThatItsOrdersMean) {
   ASSERT_TRUE(ready());
-  using Kind = hal::WalkOrder::Kind;
-  hal::Stance stance = hal::Stance::parallel({}, 0.19);
-  std::optional<hal::Foot> last;
-  std::vector<hal::NumberedStep> steps;
-  for (const hal::WalkOrder& order :
-       {hal::WalkOrder{Kind::kArc, 0, 0, 0.3}, hal::WalkOrder{Kind::kStraightWithTurn, 0.9, 0.04, -0.06},
-        hal::WalkOrder{Kind::kArc, 0, -1.2, -0.4}, hal::WalkOrder{Kind::kNextStep, 0, 0, 0}}) {
-    const auto meant = nav::steps_of(order, stance, last, nav::GaitLimits{});
-    ASSERT_TRUE(meant);
-    for (std::size_t i = 0; i < meant->count; ++i) {
-      const auto index = static_cast<std::uint32_t>(steps.size());
-      steps.push_back({index, meant->steps[i], hal::PartOfOrder{order, static_cast<std::uint8_t>(i)}});
-      stance = stance.after(meant->steps[i]);
-      last = meant->steps[i].foot;
-    }
-  }
-  std::size_t next = 0;
-  walker.control(WalkRequest::kWalk, 1, {});
-  ASSERT_TRUE(until(
-      [&] {
-        if (next < steps.size() && walker.status().session == 1 && walker.status().queue_free > 4 &&
-            walker.unanswered() < 2 && walker.send(1, steps[next]))
-          ++next;
-        return next == steps.size() && walker.status().state == WalkState::kStanding &&
-               walker.status().executing == (steps.size() - 1) % 64;
-      },
-      60));
-  const hal::Stance& walked = robot.control().pattern().planned_stance();
-  EXPECT_EQ(walked.left.x, stance.left.x);
-  EXPECT_EQ(walked.left.y, stance.left.y);
-  EXPECT_EQ(walked.right.x, stance.right.x);
-  EXPECT_EQ(walked.right.yaw, stance.right.yaw);
-  EXPECT_EQ(robot.control().counters().orders, 4U);
+  walk_four_orders();
+  EXPECT_FALSE(robot.fallen());
+}
+
+TEST_F(SimulatedRobot, WalksTheStepsThatItsOrdersMeanThoughFramesAreLostAndDamaged) {
+  ASSERT_TRUE(ready());
+  disturb();
+  walk_four_orders();
+  EXPECT_GT(robot.control().counters().unusable, 0u);
+  EXPECT_GT(walker.counts().wrong_crc, 0u);
   EXPECT_FALSE(robot.fallen());
 }
 
@@ -182,14 +208,7 @@ TEST_F(SimulatedRobot, WalksEveryStepOfTwoSessions) {
 
 TEST_F(SimulatedRobot, WalksEveryStepThoughFramesAreLostAndDamaged) {
   ASSERT_TRUE(ready());
-  std::uint32_t noise = 7;
-  const auto one_in = [&noise](std::uint32_t n) {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % n == 0;
-  };
-  robot.can().drop_if([&](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(10); });
-  robot.can().corrupt_if(
-      [&](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
+  disturb();
   EXPECT_TRUE(walk(1, 20));
   EXPECT_EQ(robot.control().counters().accepted, 20u);
   EXPECT_GT(robot.control().counters().unusable, 0u);
