@@ -111,6 +111,8 @@ void read_map(const Section& map, Robot& robot) {
     map.fail("window", fmt::format("{} m, expected 0 (the whole floor), or at least {} m",
                                    robot.mapper.window, kLeastWindow));
   robot.mapper.floor.floor_tolerance = map.number("floor_tolerance", {0, 0.5, "m"});
+  robot.mapper.raised_floor.trip_height =
+      map.number_or("trip_height", robot.mapper.raised_floor.trip_height, {0, 0.1, "m"});
   robot.mapper.floor.body_height = map.number("body_height", {0.2, 3, "m"});
   robot.mapper.voxels.obstacle_height = robot.mapper.floor.body_height;
   robot.mapper.start_area.radius = map.number("start_radius", {0, 3, "m"});

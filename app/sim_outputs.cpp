@@ -141,7 +141,7 @@ Json levelling_report(const nav::Levelling& levelling) {
 Json false_obstacles_report(const SimSession& session) {
   const FalseObstacleLimits limits;
   const FalseObstacles found =
-      false_obstacles(session.mapper().floor(), session.robot().mapper.floor, session.scene(),
+      false_obstacles(session.mapper().floor(), session.robot().mapper.obstacle_heights(), session.scene(),
                       {session.trail().truth, SimTrail::kPeriod}, limits);
   return {{"cells", found.floor.size()},         {"seen_from_afar", found.from_afar.size()},
           {"fringe_cells", found.fringe.size()}, {"within_m", limits.within},

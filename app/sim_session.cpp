@@ -57,7 +57,7 @@ nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions&
   else
     goal = {world.goal->position, world.goal->yaw};
   goal.near = options.near;
-  check_goal(goal, world, robot.mapper.floor, options.goal ? "--goal" : "goal");
+  check_goal(goal, world, robot.mapper.obstacle_heights(), options.goal ? "--goal" : "goal");
   return goal;
 }
 

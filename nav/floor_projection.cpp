@@ -29,7 +29,7 @@ Vector2i first_column(const FloorGrid& grid) {
 }  // namespace
 
 FloorProjection::FloorProjection(const FloorGrid& grid, const FloorMapConfig& config)
-    : grid_(grid), config_(config), columns_(grid.size()) {
+    : grid_(grid), config_(config), columns_(grid.size()), raised_(grid.size(), 0) {
   config.validate();
 }
 
@@ -98,8 +98,8 @@ void FloorProjection::decide(const AlignedBox2i& cells, FloorMap& floor) const {
     for (int x = low.x(); x <= high.x(); ++x) {
       const std::size_t cell = grid_.index({x, y});
       const Column& column = columns_[cell];
-      const bool blocked =
-          column.strong || (column.obstacles > 0 && obstacles_around({x, y}) >= config_.voxels_to_block);
+      const bool blocked = raised_[cell] || column.strong ||
+                           (column.obstacles > 0 && obstacles_around({x, y}) >= config_.voxels_to_block);
       floor.cells[cell] = blocked ? Floor::kBlocked : column.floor ? Floor::kFree : Floor::kUnseen;
     }
   }

@@ -22,6 +22,11 @@ class FloorProjection {
   /// whole map. `map` and `floor` must be those of the last call; the first finds the floor unseen. What lies
   /// outside of the grid is left out.
   void update(const VoxelMap& map, FloorMap& floor);
+  /// What else than voxels makes a cell (of the grid) blocked; the next update decides it again.
+  void set_raised(const Eigen::Vector2i& cell, bool raised) {
+    raised_[grid_.index(cell)] = raised;
+    again_.extend(cell);
+  }
   /// Makes the next update decide these cells (those of the grid) again, for someone writes over them.
   void again(const Eigen::AlignedBox2i& cells) { again_.extend(cells); }
 
@@ -45,6 +50,7 @@ class FloorProjection {
   FloorGrid grid_;
   FloorMapConfig config_;
   std::vector<Column> columns_;           ///< FloorGrid::index
+  std::vector<std::uint8_t> raised_;      ///< FloorGrid::index
   std::uint64_t changes_ = 0;             ///< of the map, known to the floor
   std::vector<Eigen::Vector2i> changed_;  ///< first cells of columns of bricks
   Eigen::AlignedBox2i again_;

@@ -32,6 +32,7 @@ Mapper::Mapper(const MapperConfig& config, const Pose2& start)
       voxels_(first_window(config)),
       aside_(config.voxels.resolution),
       integrator_(config.integration),
+      raised_(nav::floor_grid(config.voxels), config.raised_floor),
       projection_(nav::floor_grid(config.voxels), config.floor),
       floor_(nav::unseen_floor(nav::floor_grid(config.voxels))) {
   follow({start.x, start.y, 0});
@@ -93,6 +94,8 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
   const Eigen::Vector2d moved = map_from_chest.translation().head<2>() - start_.position();
   if (moved.norm() > config_.start_area.footprint_half.minCoeff()) at_start_ = false;
   follow(map_from_chest.translation());
+  raised_.add(view, map_from_camera);
+  for (const Eigen::Vector2i& cell : raised_.changed()) projection_.set_raised(cell, raised_.raised(cell));
   return integrator_.integrate(voxels_, view, map_from_camera, stamp, map_from_chest);
 }
 

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "hal/pose2.h"
 #include "nav/cold_store.h"
 #include "nav/floor_map.h"
 #include "nav/floor_projection.h"
 #include "nav/integrate.h"
+#include "nav/raised_floor.h"
 #include "nav/voxel_map.h"
 #include "vision/range_view.h"
 
@@ -20,7 +22,16 @@ struct MapperConfig {
   double window = 0;
   nav::IntegrationConfig integration;
   nav::FloorMapConfig floor;
+  nav::RaisedFloorConfig raised_floor;
   nav::StartArea start_area;
+
+  /// From where to where things are obstacles: raised floor counts from the trip height on.
+  nav::FloorMapConfig obstacle_heights() const {
+    nav::FloorMapConfig heights = floor;
+    if (raised_floor.trip_height > 0)
+      heights.floor_tolerance = std::min(heights.floor_tolerance, raised_floor.trip_height);
+    return heights;
+  }
 };
 
 /// What is known of the world. The operator vouches for the area around `start`, where the head cannot look.
@@ -59,6 +70,7 @@ class Mapper {
   nav::VoxelMap voxels_;
   nav::ColdStore aside_;
   nav::Integrator integrator_;
+  nav::RaisedFloor raised_;
   nav::FloorProjection projection_;
   nav::FloorMap floor_;
 };

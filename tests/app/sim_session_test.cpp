@@ -94,6 +94,16 @@ TEST(SimSession, FindsItsPlaceInAMapOfAnEarlierRun) {
   EXPECT_LT(std::abs(wrap_angle(in_map.yaw - wanted.yaw)), 0.005);
 }
 
+TEST(SimSession, GoesAroundABarTooLowForTheVoxels) {
+  SimSession session(hrp2(), world("bar"), range_mode());
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+
+  Robot heedless = hrp2();
+  heedless.mapper.raised_floor.trip_height = 0;
+  EXPECT_EQ(SimSession(heedless, world("bar"), range_mode()).run().end, "collision");
+}
+
 TEST(SimSession, HasNoYawErrorWhereNoYawIsWished) {
   sim::World world = empty_room();
   world.goal->yaw.reset();
@@ -136,7 +146,7 @@ TEST(SimSession, FollowsOdometryThatItIsToldToTrust) {
 
 /// Cells of level floor near the robot's way that its floor map shows as blocked.
 std::size_t false_cells(const SimSession& session) {
-  return false_obstacles(session.mapper().floor(), session.robot().mapper.floor, session.scene(),
+  return false_obstacles(session.mapper().floor(), session.robot().mapper.obstacle_heights(), session.scene(),
                          {session.trail().truth, SimTrail::kPeriod})
       .floor.size();
 }
