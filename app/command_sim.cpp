@@ -38,6 +38,17 @@ void print_memory(const runtime::Mapper& mapper) {
              mebibytes(mapper.aside().bytes()));
 }
 
+/// The next run into a folder removes the files of the one before.
+void require_outside(const std::filesystem::path& map, const std::filesystem::path& out) {
+  std::error_code none;
+  const auto folder = std::filesystem::weakly_canonical(map, none).parent_path();
+  if (folder == std::filesystem::weakly_canonical(out / "x", none).parent_path())
+    throw InputError(
+        fmt::format("--map: {} lies in the folder that --out names, whose files are removed first; "
+                    "expected another folder",
+                    map.string()));
+}
+
 void set_up_in(const std::filesystem::path& file, SimSession& session) {
   const nav::SavedMap known = read_saved(file);
   try {
@@ -70,6 +81,7 @@ int run(const Options& options) {
     sim.goal->position = {options.goal[0], options.goal[1]};
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
+  if (!options.map.empty()) require_outside(options.map, options.out);
   SimSession session(robot, world, sim);
   if (!options.map.empty()) set_up_in(options.map, session);
   OutputFolder out(options.out, "sim", SimOutputs::kNames);

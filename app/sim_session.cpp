@@ -9,6 +9,7 @@
 
 #include "app/world_map.h"
 #include "hal/error.h"
+#include "hal/on_floor.h"
 #include "vision/rectify.h"
 
 namespace headway::app {
@@ -290,9 +291,7 @@ void SimSession::note() {
         {clock_.now(), mission_.state(), map_from_odom * links_->report.value().committed.stance.base()});
   if (clock_.now().time_since_epoch() % SimTrail::kPeriod != Duration(0)) return;
   trail_.truth.push_back(body_.stance().base());
-  const Eigen::Isometry3d chest = walker_.chest().odom_from_chest;
-  trail_.believed.push_back(map_from_odom * Pose2{chest.translation().x(), chest.translation().y(),
-                                                  std::atan2(chest.linear()(1, 0), chest.linear()(0, 0))});
+  trail_.believed.push_back(map_from_odom * headway::on_floor(walker_.chest().odom_from_chest));
   if (progress_) progress_();
 }
 

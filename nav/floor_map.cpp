@@ -95,7 +95,7 @@ void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Tim
   }
   spread(floor.grid.cell(start.position()), cells, [&](const Eigen::Vector2i& cell) {
     if (floor.at(cell) == Floor::kBlocked || seen_from_start(cell).norm() > area.radius) return false;
-    if (floor.at(cell) == Floor::kUnseen) free(cell);
+    free(cell);
     return true;
   });
 }

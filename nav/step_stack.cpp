@@ -139,7 +139,9 @@ void StepStack::follow(Time now, const hal::WalkStatus& status) noexcept {
   if (status.session == committed_.session) {
     follow_session(status);
   } else if (executing_ != kNone) {
-    stop(StackStop::kLost);
+    stop(StackStop::kRestarted);
+    committed_.why = StackStop::kRestarted;  // whatever it was stopped for before
+    if (status.state == hal::WalkState::kStanding) come_to_rest();
   }
   if (!committed_.at_rest) give_up_start(now, status);
 }

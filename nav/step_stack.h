@@ -36,14 +36,15 @@ enum class PlanVerdict : std::uint8_t {
 
 /// Why nothing more is committed in this session.
 enum class StackStop : std::uint8_t {
-  kNone,      ///< it goes on, or has come to its planned end
-  kAsked,     ///< stop() was called
-  kMissed,    ///< no step was there at its deadline
-  kStale,     ///< the plan rested on frames too old at the deadline
-  kRejected,  ///< the control computer refused a step
-  kLost,      ///< its status stayed away, is a fault, or made no sense
-  kNoStart,   ///< it did not begin to walk in time
-  kEnded,     ///< it came to rest before the last step
+  kNone,       ///< it goes on, or has come to its planned end
+  kAsked,      ///< stop() was called
+  kMissed,     ///< no step was there at its deadline
+  kStale,      ///< the plan rested on frames too old at the deadline
+  kRejected,   ///< the control computer refused a step
+  kLost,       ///< its status stayed away, is a fault, or made no sense
+  kNoStart,    ///< it did not begin to walk in time
+  kEnded,      ///< it came to rest before the last step
+  kRestarted,  ///< it began anew on the way, and knows nothing of this walk
 };
 
 struct StepStackConfig {
@@ -87,11 +88,11 @@ struct Committed {
   }
 };
 
-/// At any moment the committed steps are the one under way and at most the two after it, which the robot
-/// needs to come to rest; at rest, up to three. While step k is under way, step k+3 commits; its deadline is
-/// the start of step k+1. Whatever is missed ends the walk after the steps that are committed, feet as they
-/// land. Nothing sent is ever replaced; but a step that the control computer refuses, or does not walk before
-/// it comes to rest, was none.
+/// At any moment the committed steps are the one under way and the two after it, which the robot needs to
+/// come to rest, or already the third; at rest, up to three. While step k is under way, step k+3 commits; its
+/// deadline is the start of step k+1. Whatever is missed ends the walk after the steps that are committed,
+/// feet as they land. Nothing sent is ever replaced; but a step that the control computer refuses, or does
+/// not walk before it comes to rest, was none.
 class StepStack {
  public:
   explicit StepStack(const StepStackConfig& config = {}) noexcept : config_(config) {}

@@ -97,7 +97,7 @@ void BusLoop::commit_steps(Time now) noexcept {
   const nav::Committed& committed = stack_.committed();
   if (committed.at_rest && (committed.next_index > 0 || committed.stopping)) open_next_session();
   // The control computer must have taken up the session before its first step, else it refuses that step.
-  if (stack_.committed().next_index == 0 && status.session != session_) return;
+  if (stack_.committed().at_rest && status.session != session_) return;
   while (const auto step = stack_.due(now, status)) {
     if (!walker_.send(session_, *step)) return;
     stack_.sent(now);

@@ -25,7 +25,7 @@ struct DriftConfig {
 };
 
 /// An extended Kalman filter of the robot's planar pose and of what its odometry errs steadily. It begins
-/// with map and odometry at one and stays there until the robot moves.
+/// with map and odometry at one, and unless doubt_start() says otherwise they stay so until the robot moves.
 class Drift {
  public:
   /// Throws InputError as DriftConfig::validate.

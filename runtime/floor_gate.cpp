@@ -3,10 +3,10 @@
 namespace headway::runtime {
 
 Gate FloorGate::check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor,
-                      const Pose2& base_now, Time now) const {
+                      const Pose2& robot_now, Time now) const {
   Gate gate;
   for (std::size_t step = from; step < walk.steps.size(); ++step) {
-    check_step(walk, step, floor, base_now, now, gate);
+    check_step(walk, step, floor, robot_now, now, gate);
     if (gate.blocked || !gate.missing.empty()) break;
     ++gate.open;
   }
@@ -14,16 +14,17 @@ Gate FloorGate::check(const nav::Walk& walk, std::size_t from, const nav::FloorM
 }
 
 void FloorGate::check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor,
-                           const Pose2& base_now, Time now, Gate& gate) const {
+                           const Pose2& robot_now, Time now, Gate& gate) const {
   const auto near = [&](const Eigen::Vector2i& cell) {
-    return (floor.grid.centre(cell) - base_now.position()).norm() < config_.blind_radius;
+    return (floor.grid.centre(cell) - robot_now.position()).norm() < config_.blind_radius;
   };
   const auto judge = [&](const Eigen::Vector2i& cell, bool under_sole) {
     const nav::Floor state = floor.at(cell);
-    const bool recent = now - floor.seen(cell) <= config_.recent;
     if (state == nav::Floor::kBlocked) gate.blocked = true;
-    if (state != nav::Floor::kFree && (under_sole || !near(cell))) gate.missing.push_back(cell);
-    if (state == nav::Floor::kFree && !recent && !near(cell)) gate.missing.push_back(cell);
+    const Time seen = floor.seen(cell);
+    const bool known = state == nav::Floor::kFree && seen != nav::kNever;
+    const bool recent = known && now - seen <= config_.recent;
+    if (near(cell) ? under_sole && !known : !recent) gate.missing.push_back(cell);
   };
   const hal::Footstep& footstep = walk.steps[step];
   for (const auto& cell : nav::sole_cells(floor.grid, gait_, walk.stances[step].at(footstep.foot)))

@@ -15,8 +15,8 @@ namespace headway::runtime {
 
 struct FloorGateConfig {
   Duration recent = seconds(10);  ///< how long a look at the floor is good for
-  /// Around the base [m]: the head cannot look at floor this near, so there a look never grows old, and what
-  /// the body (not the sole) is over need not have been seen.
+  /// Around where the robot is now [m]: the head cannot look at floor this near, so there a look never grows
+  /// old, and what the body (not the sole) is over need not have been seen.
   double blind_radius = 0.70;
 };
 
@@ -34,7 +34,9 @@ class FloorGate {
   FloorGate(const FloorGateConfig& config, const nav::GaitLimits& gait, const nav::BodyOutline& outline)
       : config_(config), gait_(gait), outline_(outline) {}
 
-  Gate check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor, const Pose2& base_now,
+  /// `robot_now`: where the robot is, not where the committed steps will take it. Floor that is known only
+  /// from before (free, and never seen) counts as unseen.
+  Gate check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor, const Pose2& robot_now,
              Time now) const;
   /// Whether the body meets no obstacle anywhere along the rest of a walk.
   bool clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
@@ -42,7 +44,7 @@ class FloorGate {
   bool hits(std::span<const Pose2> bases, const nav::FloorMap& floor) const;
 
  private:
-  void check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor, const Pose2& base_now,
+  void check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor, const Pose2& robot_now,
                   Time now, Gate& gate) const;
 
   FloorGateConfig config_;

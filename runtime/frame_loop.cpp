@@ -27,17 +27,28 @@ void FrameLoop::restore(const nav::SavedMap& known) {
 bool FrameLoop::work(Time now) {
   take_samples();
   take_frame();
-  if (!waiting_) return false;
+  if (!waiting_) return miss_frames(now);
   const auto pose = pose_at(waiting_->exposure);
   if (!pose) {
     if (now - waiting_->exposure > config_.pose_wait) {
       ++counters_.no_pose;
       waiting_.reset();
     }
-    return false;
+    return miss_frames(now);
   }
+  last_work_ = now;
   use(now, *pose);
   waiting_.reset();
+  return true;
+}
+
+/// Nothing to work on. The mission must know of it when that lasts.
+bool FrameLoop::miss_frames(Time now) {
+  if (!last_work_) last_work_ = now;
+  if (now - *last_work_ < config_.silence) return false;
+  last_work_ = now;
+  order_ = mission_.update({now, last_look_, "no picture comes, or none at a time when the pose is known",
+                            true, localisation_.placed(), last_head_, last_chest_, report_in_map(), mapper_});
   return true;
 }
 
@@ -108,21 +119,25 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Eigen::Isometry3d map_from_view = map_from_odom * odom_from_view,
                           map_from_chest = map_from_odom * pose.odom_from_chest;
   nav::IntegrationStats integration;
-  if (!faulty) {
+  const bool placed = localisation_.placed();
+  if (!faulty && placed) {
     integration = mapper_.integrate(view, map_from_view, map_from_chest, waiting_->exposure);
     localisation_.learn();
   }
   const Time mapped = stopwatch_.now();
   mapper_.project();
   const Time projected = stopwatch_.now();
-  if (blind.empty() && integration.samples == 0) blind = "no point of the picture could be measured";
+  if (blind.empty() && placed && integration.samples == 0)
+    blind = "no point of the picture could be measured";
   if (blind.empty())
     last_look_ = waiting_->exposure;
   else
     ++counters_.unusable;
   const BusReport bus = report_in_map();
-  order_ =
-      mission_.update({now, last_look_, std::move(blind), faulty, pose.head, map_from_chest, bus, mapper_});
+  order_ = mission_.update(
+      {now, last_look_, std::move(blind), faulty, placed, pose.head, map_from_chest, bus, mapper_});
+  last_chest_ = map_from_chest;
+  last_head_ = pose.head;
   glance(now, bus);
   const Time planned = stopwatch_.now();
 

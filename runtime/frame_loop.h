@@ -22,6 +22,7 @@ struct FrameLoopConfig {
   Duration camera_time_offset{};      ///< added to the camera's stamps, to come to the bus's time
   Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
   Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
+  Duration silence = seconds(1);      ///< without a frame, after which the mission is told of it
   Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late
   nav::LevellingConfig levelling{};
   LocalisationConfig localisation{};
@@ -69,7 +70,8 @@ class FrameLoop {
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
 
-  /// Works on the newest frame whose pose is known, if any. True when there is an order to publish.
+  /// Works on the newest frame whose pose is known. True when there is an order to publish: of a frame, or
+  /// for want of frames.
   bool work(Time now);
   /// Hands the order of the last work() to the bus loop.
   void publish();
@@ -86,6 +88,7 @@ class FrameLoop {
   };
   void take_samples();
   void take_frame();
+  bool miss_frames(Time now);
   std::optional<Pose> pose_at(Time t) const;
   BusReport report_in_map() const;
   void glance(Time now, const BusReport& bus);
@@ -106,6 +109,10 @@ class FrameLoop {
   std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
   std::optional<std::uint64_t> last_sequence_;
   Time last_look_ = nav::kNever;  ///< exposure of the newest frame that told the map something
+  std::optional<Time> last_work_;
+  // Of the newest frame that was worked on:
+  hal::HeadAngles last_head_;
+  Eigen::Isometry3d last_chest_ = Eigen::Isometry3d::Identity();  ///< in the map
   MotionOrder order_;
   StageTimes times_;
   FrameLoopCounters counters_;

@@ -3,15 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/on_floor.h"
+
 namespace headway::runtime {
-namespace {
-
-Pose2 on_floor(const Eigen::Isometry3d& pose) {
-  return {pose.translation().x(), pose.translation().y(),
-          std::atan2(pose.linear()(1, 0), pose.linear()(0, 0))};
-}
-
-}  // namespace
 
 Localisation::Localisation(const LocalisationConfig& config, const nav::VoxelMap& map)
     : config_(config),
@@ -26,6 +20,7 @@ void Localisation::restore(const nav::SurfacePoints& surfaces) {
   if (!config_.use || surfaces.voxels() == 0) return;
   for (const nav::SurfaceVoxel& voxel : surfaces.saved()) surfaces_.restore(voxel);
   drift_.doubt_start(config_.start_shift, config_.start_turn);
+  placed_ = false;
 }
 
 void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
@@ -35,17 +30,25 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
   nav::view_patches(view, config_.patches, patches_);
   odom_from_view_ = odom_from_view;
   drift_.move(on_floor(odom_from_chest), stamp);
-  if (drift_.covariance().isZero()) return;  // nothing can be off before the robot moves
+  if (drift_.covariance().isZero()) return;  // nothing can be off yet
   const Pose2 robot = drift_.map_from_robot();
   alignment_ = localiser_.align(map_, surfaces_, patches_, drift_.map_from_odom().lifted() * odom_from_view,
                                 robot.position(), drift_.covariance());
   drift_.correct(alignment_);
   count();
+  if (alignment_ && found_place()) placed_ = true;
   const Pose2 planned = steady_ * drift_.map_from_odom().inverse() * drift_.map_from_robot();
   const Pose2 now = drift_.map_from_robot();
   if ((planned.position() - now.position()).norm() > config_.steady_shift ||
       std::abs(wrap_angle(planned.yaw - now.yaw)) > config_.steady_turn)
     steady_ = drift_.map_from_odom();
+}
+
+/// Known well enough for a view to become part of the map, which then helps to know it better.
+bool Localisation::found_place() const {
+  constexpr double kShift = 0.03, kTurn = 0.02;  // standard deviations [m, rad]
+  const Eigen::Matrix3d& c = drift_.covariance();
+  return std::max(c(0, 0), c(1, 1)) <= kShift * kShift && c(2, 2) <= kTurn * kTurn;
 }
 
 void Localisation::learn() {

@@ -35,14 +35,17 @@ struct LocalisationCounters {
   std::uint64_t whole = 0, partly = 0, refused = 0;
 };
 
-/// Aligns, filters and remembers, frame by frame; map and odometry are one until the robot moves.
+/// Aligns, filters and remembers, frame by frame. Without a map from before, map and odometry are one until
+/// the robot moves.
 class Localisation {
  public:
   /// `map` must outlive this.
   Localisation(const LocalisationConfig& config, const nav::VoxelMap& map);
 
-  /// Takes over the surfaces of a map that is known from before, ahead of the first view.
+  /// Takes over the surfaces of a map that is known from before, ahead of the first view. Until views have
+  /// told where in it the robot stands, placed() is false, and they must not become part of it.
   void restore(const nav::SurfacePoints& surfaces);
+  bool placed() const { return placed_; }
 
   /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`.
   void see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
@@ -63,8 +66,10 @@ class Localisation {
 
  private:
   void count();
+  bool found_place() const;
 
   LocalisationConfig config_;
+  bool placed_ = true;
   const nav::VoxelMap& map_;
   nav::SurfacePoints surfaces_;
   nav::Localiser localiser_;

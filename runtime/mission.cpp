@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "hal/on_floor.h"
+
 namespace headway::runtime {
 
 namespace {
@@ -71,6 +73,7 @@ void Mission::set_goal(const nav::Goal& goal) {
   planned_once_ = false;
   fruitless_ = 0;
   sight_.reset();
+  turned_.reset();
   refusals_.forget();
   if (again) begin_look_around();
 }
@@ -99,13 +102,25 @@ MotionOrder Mission::update(const MissionInput& input) {
 
 /// Why the goal must be given up, whatever the map says.
 std::optional<std::string> Mission::hopeless(const MissionInput& input) {
-  if (!sight_ || input.blind.empty()) sight_ = input.now;
+  auto blind = blind_too_long(input);
   if (input.bus.walk.state == hal::WalkState::kFault) return "the control computer reports a fault";
   if (auto refused = refusals_.look(input.bus)) return refused;
-  if (input.now - *sight_ <= config_.longest_blind) return std::nullopt;
-  char line[64];
-  std::snprintf(line, sizeof line, "nothing has been seen for %.0f s: ", to_seconds(config_.longest_blind));
-  return line + input.blind;
+  return blind;
+}
+
+std::optional<std::string> Mission::blind_too_long(const MissionInput& input) {
+  if (!sight_ || input.blind.empty()) sight_ = input.now;
+  const bool turns = input.bus.head.health == hal::HeadHealth::kReady;
+  if (!turned_ || turns) turned_ = input.now;
+  const auto for_so_long = [&](const char* what) {
+    char line[80];
+    std::snprintf(line, sizeof line, "%s for %.0f s", what, to_seconds(config_.longest_blind));
+    return std::string(line);
+  };
+  if (input.now - *sight_ > config_.longest_blind)
+    return for_so_long("nothing has been seen") + ": " + input.blind;
+  if (input.now - *turned_ > config_.longest_blind) return for_so_long("the head has not been ready to turn");
+  return std::nullopt;
 }
 
 MotionOrder Mission::rest(const MissionInput& input) const {
@@ -137,15 +152,24 @@ void Mission::begin_look_again() {
 }
 
 MotionOrder Mission::look_around(const MissionInput& input) {
+  // A map from before says nothing of what is here until it is known where here is.
+  if (input.placed == finding_place_) {
+    finding_place_ = !input.placed;
+    finding_place_ ? begin_look_again() : begin_look_around();
+  }
   if (!input.faulty && tour_.look(input.head)) {
     ++views_taken_;
     looked_.push_back(input.map_from_chest * config_.neck.chest_from_camera(input.head));
   }
   if (exploring_ && tour_.done()) tour_ = next_look(input);
-  if (tour_.done())
-    state_ = goal_ ? MissionState::kWalk : MissionState::kWaitGoal;
-  else
+  if (!tour_.done())
     look_ = tour_.direction();
+  else if (finding_place_)
+    give_up(
+        "the views fit nowhere near in the map from before: set the robot up as it stood then, or begin "
+        "without that map");
+  else
+    state_ = goal_ ? MissionState::kWalk : MissionState::kWaitGoal;
   return rest(input);
 }
 
@@ -183,8 +207,8 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   }
   Gate gate;
   if (walk_)
-    gate = gate_.check(walk_->walk, done_steps(committed), input.mapper.floor(), committed.stance.base(),
-                       input.now);
+    gate = gate_.check(walk_->walk, done_steps(committed), input.mapper.floor(),
+                       on_floor(input.map_from_chest), input.now);
   const std::size_t left = walk_ ? walk_->walk.steps.size() - done_steps(committed) : 0;
   look_ = gaze(input, gate);
   if (committed.at_rest && gate.open < std::min(kStepsToStart, std::max<std::size_t>(left, 1)))
@@ -407,7 +431,7 @@ MotionOrder Mission::look_ahead(const MissionInput& input) {
   if (walk_ && follows(input.bus.committed)) {
     const std::size_t done = done_steps(input.bus.committed);
     const Gate gate =
-        gate_.check(walk_->walk, done, input.mapper.floor(), input.bus.committed.stance.base(), input.now);
+        gate_.check(walk_->walk, done, input.mapper.floor(), on_floor(input.map_from_chest), input.now);
     if (gate.open >= std::min(2 * kStepsToStart, walk_->walk.steps.size() - done))
       state_ = MissionState::kWalk;
   }
@@ -418,6 +442,7 @@ void Mission::give_up(std::string reason) {
   state_ = MissionState::kStopped;
   reason_ = std::move(reason);
   walk_.reset();
+  finding_place_ = false;  // it may be tried again
 }
 
 }  // namespace headway::runtime

@@ -52,7 +52,8 @@ struct MissionConfig {
   double yaw_tolerance = 0.06;   ///< [rad]
   int fewer_steps = 6;  ///< a new plan replaces one that is still good when it saves more steps than this
   int attempts = 3;     ///< looks around from one place, or walks refused, before the goal is given up
-  Duration longest_blind = seconds(10);  ///< without a frame that shows something, before it is given up
+  /// Without a frame that shows something, or without a head that turns, before it is given up.
+  Duration longest_blind = seconds(10);
 };
 
 /// What the mission knows when a frame has been worked on.
@@ -61,6 +62,7 @@ struct MissionInput {
   Time last_look = nav::kNever;  ///< exposure of the newest frame that told the map something
   std::string blind;             ///< why this frame told it nothing; empty when it did
   bool faulty = false;           ///< it could not be used at all: a look that does not count
+  bool placed = true;            ///< it is known where in the map the robot is
   hal::HeadAngles head;          ///< at this frame's exposure
   Eigen::Isometry3d map_from_chest = Eigen::Isometry3d::Identity();  ///< at this frame's exposure
   const BusReport& bus;
@@ -108,6 +110,7 @@ class Mission {
 
  private:
   std::optional<std::string> hopeless(const MissionInput& input);
+  std::optional<std::string> blind_too_long(const MissionInput& input);
   MotionOrder starting(const MissionInput& input);
   MotionOrder look_around(const MissionInput& input);
   MotionOrder walk_on(const MissionInput& input);
@@ -153,7 +156,10 @@ class Mission {
   std::string unstable_;  ///< why the newest plan cannot be walked; empty when it can
   nav::PlanResult last_plan_;
   bool planned_once_ = false;
-  std::optional<Time> sight_;  ///< when the last frame came that showed something, or the goal was set
+  bool finding_place_ = false;
+  // When last, or since when there is this goal:
+  std::optional<Time> sight_;   ///< a frame came that showed something
+  std::optional<Time> turned_;  ///< the head was ready to turn
   Refusals refusals_;
   int fruitless_ = 0;  ///< looks without a step gained
   std::size_t views_taken_ = 0;

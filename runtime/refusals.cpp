@@ -44,6 +44,9 @@ std::optional<std::string> Refusals::look(const BusReport& bus) {
   const bool ended = session_ && *session_ != bus.committed.session;
   session_ = bus.committed.session;
   if (!ended) return std::nullopt;
+  if (bus.last_stop == nav::StackStop::kRestarted)
+    return "the control computer began anew on the way: where the robot stands in the map is not known any "
+           "more";
   if (bus.last_steps > 0) count_ = 0;
   const auto fault = bus.last_steps == 0 ? fault_of(bus) : std::nullopt;
   if (!fault || ++count_ < most_) return std::nullopt;

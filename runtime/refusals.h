@@ -1,4 +1,5 @@
 // Walks that the control computer would not begin: how often in a row, and why, before the goal is given up.
+// And walks amid which it began anew: at once.
 #pragma once
 
 #include <cstdint>

@@ -84,7 +84,9 @@ TEST(SimSession, FindsItsPlaceInAMapOfAnEarlierRun) {
   const Pose2 off{0.1, -0.06, 0.05};
   SimSession second(hrp2(), moved(world("lab"), off), options);
   second.restore(known);
-  second.run();
+  const SimOutcome outcome = second.run();
+  EXPECT_NE(outcome.end, "collision") << outcome.reason;
+  EXPECT_NE(outcome.end, "stopped") << outcome.reason;
   EXPECT_LT(second.mission().views_taken(), first.mission().views_taken());
   const Pose2 truth = second.body().stance().base(),
               in_map = second.frame_loop().localisation().map_from_odom() *
@@ -92,6 +94,21 @@ TEST(SimSession, FindsItsPlaceInAMapOfAnEarlierRun) {
               wanted = off.inverse() * truth;
   EXPECT_LT((in_map.position() - wanted.position()).norm(), 0.02);
   EXPECT_LT(std::abs(wrap_angle(in_map.yaw - wanted.yaw)), 0.005);
+}
+
+TEST(SimSession, WalksNowhereAndSpoilsNothingInAMapThatTheViewsDoNotFit) {
+  SimSession first(hrp2(), world("lab"), range_mode());
+  ASSERT_TRUE(first.run().arrived);
+  nav::SavedMap known(first.mapper().everything());
+  known.surfaces = first.frame_loop().localisation().surfaces();
+
+  SimSession second(hrp2(), moved(world("lab"), {1.1, -0.7, 0.8}), range_mode());
+  second.restore(known);
+  const SimOutcome outcome = second.run();
+  EXPECT_EQ(outcome.end, "stopped");
+  EXPECT_NE(outcome.reason.find("set the robot up"), std::string::npos) << outcome.reason;
+  EXPECT_EQ(outcome.walked, 0);
+  EXPECT_TRUE(second.mapper().everything() == known.map);
 }
 
 TEST(SimSession, GoesAroundABarTooLowForTheVoxels) {

@@ -192,12 +192,16 @@ TEST(StartArea, CountsUnseenFloorAroundTheStartAsFreeAndLeavesTheRest) {
   put(0.51, 0.01, Floor::kBlocked);
   put(0.01, 0.01, Floor::kBlocked);  // under the robot: its own legs
   put(-0.5, 0.3, Floor::kFree);
+  put(-0.5, -0.3, Floor::kFree);
+  floor.seen_at[floor.grid.index(floor.grid.cell({-0.5, -0.3}))] = at_seconds(6);
   start_clear(floor, {0, 0, 0.7}, {.radius = 0.8, .footprint_half = {0.15, 0.2}}, at_seconds(4));
   EXPECT_EQ(floor_at(floor, 0.51, 0.01), Floor::kBlocked) << "evidence counts";
   EXPECT_EQ(floor_at(floor, 0.01, 0.01), Floor::kFree) << "the robot stands there";
   EXPECT_EQ(floor_at(floor, 0.3, 0.3), Floor::kFree);
   EXPECT_EQ(floor.seen(floor.grid.cell({0.3, 0.3})), at_seconds(4));
-  EXPECT_EQ(floor.seen(floor.grid.cell({-0.5, 0.3})), kNever) << "known floor keeps its own stamp";
+  EXPECT_EQ(floor.seen(floor.grid.cell({-0.5, 0.3})), at_seconds(4))
+      << "known from before, and vouched for now";
+  EXPECT_EQ(floor.seen(floor.grid.cell({-0.5, -0.3})), at_seconds(6)) << "seen since";
   EXPECT_EQ(floor_at(floor, 0.9, 0.3), Floor::kUnseen);
 }
 

@@ -168,6 +168,18 @@ TEST(StepStack, RemembersTheStepsBeforeThoseThatItForgets) {
   }
 }
 
+TEST(StepStack, KnowsAControlComputerThatBeganAnewOnTheWay) {
+  Walking w;
+  w.run_fresh(seconds(3));
+  w.heard.session = 0;
+  w.heard.executing = w.heard.accepted = hal::kNoStep;
+  w.heard.state = WalkState::kStanding;
+  w.heard.stamp = w.now;
+  EXPECT_FALSE(w.stack.due(w.now, w.heard));
+  EXPECT_EQ(w.stack.committed().why, StackStop::kRestarted);
+  EXPECT_TRUE(w.stack.committed().at_rest) << "so that another walk may begin";
+}
+
 TEST(StepStack, GivesUpAWalkThatNeverBegins) {
   Walking w;
   w.listens = false;

@@ -91,6 +91,19 @@ TEST(FloorGate, NeverPutsASoleOnUnseenFloorHoweverNear) {
   EXPECT_EQ(gate.check(straight_walk(5), 0, floor, {}, at_seconds(6)).open, 1U);
 }
 
+TEST(FloorGate, TakesFloorThatIsKnownFromBeforeOnlyForUnseen) {
+  const FloorGate gate({}, kGait, kOutline);
+  EXPECT_EQ(gate.check(straight_walk(5), 0, free_floor(nav::kNever), {}, at_seconds(6)).open, 0U);
+}
+
+TEST(FloorGate, TrustsAnOldLookOnlyAroundWhereTheRobotIsNow) {
+  const FloorGate gate({}, kGait, kOutline);
+  const nav::FloorMap floor = free_floor(at_seconds(5));
+  const nav::Walk walk = straight_walk(10);
+  EXPECT_GT(gate.check(walk, 3, floor, walk.bases[2], at_seconds(60)).open, 0U);
+  EXPECT_EQ(gate.check(walk, 3, floor, {}, at_seconds(60)).open, 0U) << "0.6 m are committed already";
+}
+
 TEST(FloorGate, FindsAWalkClearUntilAnObstacleStandsOnItsRest) {
   const FloorGate gate({}, kGait, kOutline);
   nav::FloorMap floor = free_floor(at_seconds(5));

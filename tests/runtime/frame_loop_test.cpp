@@ -28,7 +28,7 @@ class FakeEyes final : public Eyes {
       : clock_(clock), head_(head), walker_(walker) {}
 
   std::optional<FrameStamp> take() override {
-    if (clock_.now() < next_) return std::nullopt;
+    if (silent || clock_.now() < next_) return std::nullopt;
     next_ = clock_.now() + seconds(kFrame);
     exposure_ = clock_.now() - late;
     pose_ = truth(walker_.chest().odom_from_chest) * neck().chest_from_camera(head_.state().position);
@@ -48,7 +48,7 @@ class FakeEyes final : public Eyes {
     return odom_from_chest;
   }
 
-  bool covered = false;
+  bool covered = false, silent = false;
   Duration late{};  ///< of the exposure behind its delivery
   Boxes boxes;
   double stride = 1;  ///< true length of a way along x over that which odometry tells
@@ -108,6 +108,16 @@ struct WalkingRobot : Robot {
     EXPECT_LT(walker.stance.base().x, 2);
   }
 };
+
+TEST(FrameLoop, TellsTheMissionWhenNoPictureComesAnyMore) {
+  WalkingRobot robot;
+  robot.eyes.silent = true;
+  robot.expect_rest_before_long();
+  EXPECT_FALSE(robot.mission.over());
+  robot.run(10);
+  EXPECT_EQ(robot.mission.state(), MissionState::kStopped);
+  EXPECT_NE(robot.mission.reason().find("no picture comes"), std::string::npos) << robot.mission.reason();
+}
 
 TEST(FrameLoop, LooksMapsAndWalksToTheGoal) {
   WalkingRobot robot;

@@ -41,7 +41,7 @@ struct Bench {
         mapper.project();
         last_look = now;
       }
-      order = mission.update({now, last_look, blind, faulty, order.look, chest(), bus, mapper});
+      order = mission.update({now, last_look, blind, faulty, placed, order.look, chest(), bus, mapper});
     }
   }
   Eigen::Isometry3d chest() const { return bus.committed.stance.base().lifted(1); }
@@ -101,7 +101,7 @@ struct Bench {
   BusReport bus;
   MotionOrder order;
   std::string blind;
-  bool faulty = false;
+  bool faulty = false, placed = true;
   Time now{}, last_look = nav::kNever;
 };
 

@@ -61,7 +61,7 @@ struct Walking {
       last_look = clock.now();
     }
     links.report.update();
-    order = mission.update({clock.now(), last_look, blind, false, order.look, chest, report(), mapper});
+    order = mission.update({clock.now(), last_look, blind, false, true, order.look, chest, report(), mapper});
   }
   const BusReport& report() const { return links.report.value(); }
 
@@ -86,7 +86,6 @@ struct Walking {
 TEST(MissionOnTheBus, CommitsNothingMoreWhenTheGateHasShut) {
   MissionConfig config = one_look();
   config.gate.recent = seconds(0.15);
-  config.gate.blind_radius = 0.3;
   Walking robot(seconds(0.02), config);
   robot.until_committed(4);
   ASSERT_EQ(robot.walker.sent_count, 4U);

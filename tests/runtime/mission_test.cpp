@@ -243,6 +243,36 @@ TEST(Mission, GivesUpWhenNothingHasBeenSeenForLong) {
   EXPECT_EQ(bench.mission.reason(), "nothing has been seen for 10 s: no light");
 }
 
+TEST(Mission, GivesUpWhenTheHeadHasNotBeenReadyForLong) {
+  Bench bench;
+  bench.until_walking(kAhead);
+  bench.bus.head.health = hal::HeadHealth::kFault;
+  bench.frames(90);
+  EXPECT_FALSE(bench.mission.over()) << "drives come back by themselves";
+  bench.until_over();
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_NE(bench.mission.reason().find("the head has not been ready"), std::string::npos);
+}
+
+TEST(Mission, LooksForItsPlaceFirstAndGivesUpWhereTheViewsFitNowhere) {
+  Bench bench;
+  bench.placed = false;
+  bench.mission.set_goal(kAhead);
+  bench.frames(2);
+  EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
+  bench.until_over();
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_NE(bench.mission.reason().find("set the robot up"), std::string::npos);
+  EXPECT_EQ(bench.mission.counters().plans, 0);
+  // It may be tried again, and this time a view fits.
+  bench.mission.set_goal(kAhead);
+  bench.frames(2);
+  EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
+  bench.placed = true;
+  bench.until_walking(kAhead);
+  EXPECT_EQ(bench.order.walk, Walk::kPlan);
+}
+
 TEST(Mission, DoesNotCountALookThatTheEyesCouldNotUse) {
   Bench bench;
   bench.mission.set_goal(kAhead);
