@@ -95,8 +95,8 @@ struct StartArea {
 /// The cells of the grid that start_clear may change.
 Eigen::AlignedBox2i start_cells(const FloorGrid& grid, const Pose2& start, const StartArea& area);
 /// Counts the start area as free and seen at `stamp` or later, as far as the start leads to it
-/// without crossing what is blocked: not behind a wall. What is blocked stays so, except under the robot's own
-/// footprint while it stands there: nothing else can.
+/// without crossing what is blocked: not behind a wall. What is blocked stays so, except under the robot's
+/// own footprint while it stands there: nothing else can.
 void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Time stamp,
                  bool robot_is_there = true);
 
