@@ -71,15 +71,24 @@ HWY_INLINE BoxClasses classify(const Sweep& s, const Place& from, const Boxes& b
     };
     const VB u0 = low_end(u, boxes.half.u, s.cx), u1 = high_end(u, boxes.half.u, s.cx);
     const VB v0 = low_end(v, boxes.half.v, s.cy), v1 = high_end(v, boxes.half.v, s.cy);
-    const VB low = set_b(-0.5F);
-    const auto outside = hn::Or(hn::Or(hn::Lt(u1, low), hn::Lt(v1, low)),
-                                hn::Or(hn::Ge(u0, set_b(s.end_u)), hn::Ge(v0, set_b(s.end_v))));
-    const VB inset = hn::Sub(hn::Mul(set_b(s.half_voxel), q0), set_b(0.5F - kRounding));
-    const VB right = hn::Sub(set_b(s.end_u - 0.5F), inset), bottom = hn::Sub(set_b(s.end_v - 0.5F), inset);
-    auto inside = hn::And(hn::And(hn::Ge(u0, inset), hn::Ge(v0, inset)),
-                          hn::And(hn::Lt(u1, right), hn::Lt(v1, bottom)));
+    // How far the middles lie on the image's side of its borders: plane by plane, which tells more of a box
+    // that stands askew than the box around it.
+    const VB from_left = hn::Sub(u, hn::Mul(set_b(s.slopes.left), z)),
+             from_right = hn::Sub(hn::Mul(set_b(s.slopes.right), z), u),
+             from_top = hn::Sub(v, hn::Mul(set_b(s.slopes.top), z)),
+             from_bottom = hn::Sub(hn::Mul(set_b(s.slopes.bottom), z), v);
+    const auto least_of = [&](auto combine) HWY_ATTR {
+      return hn::Min(
+          hn::Min(combine(from_left, set_b(boxes.reach.left)), combine(from_right, set_b(boxes.reach.right))),
+          hn::Min(combine(from_top, set_b(boxes.reach.top)),
+                  combine(from_bottom, set_b(boxes.reach.bottom))));
+    };
+    const VB nearest = least_of([](VB side, VB reach) HWY_ATTR { return hn::Sub(side, reach); }),
+             farthest = least_of([](VB side, VB reach) HWY_ATTR { return hn::Add(side, reach); });
+    const VB margin = hn::Mul(set_b(kRounding), hn::Max(z1, set_b(1)));
+    auto inside = hn::Ge(nearest, hn::Add(margin, set_b(s.half_voxel)));
     inside = hn::And(hn::AndNot(close, inside), hn::Le(z1, set_b(s.far - 1)));
-    dead = hn::Or(dead, hn::AndNot(close, outside));
+    dead = hn::Or(dead, hn::Lt(hn::Add(farthest, margin), hn::Zero(b)));
 
     const auto cell = [b, bu](VB x, int size) HWY_ATTR {
       const VB within = hn::Min(hn::Max(x, hn::Zero(b)), hn::Set(b, static_cast<float>(size - 1)));

@@ -27,12 +27,18 @@ struct CameraForms {
   float u[4], v[4], z[4];
 };
 
+/// Per side of the image (the planes through the camera and its left, right, upper and lower border).
+struct Sides {
+  float left, right, top, bottom;
+};
+
 /// What the sweep needs to know; nothing here changes from brick to brick.
 struct Sweep {
   CameraForms forms;
   Eigen::Vector3i first, last;  // the box of bricks that may lie in the view, inclusive
   float planes[6][4];           // a brick's centre voxel (x, y, z, 1) may be in view where all are >= 0
   float cx, cy, end_u, end_v;
+  Sides slopes;             // u/z or v/z of the image's border
   float near, far;          // steps
   float half_voxel;         // half an edge of a voxel, as forms.u has it
   int width, height;        // samples
@@ -75,6 +81,7 @@ struct Place {
 struct Boxes {
   alignas(64) float u[kBoxes], v[kBoxes], z[kBoxes];  // their middles
   Place half;                                         // of their extent
+  Sides reach;                                        // of their voxels from the middle towards each side
 
   Place middle(const Place& from, int box) const {
     return {from.u + u[box], from.v + v[box], from.z + z[box]};

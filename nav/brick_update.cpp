@@ -59,8 +59,8 @@ class BrickSweep {
     }
     const auto back = [](const float* f) { return -1.5F * (f[0] + f[1] + f[2]); };
     to_corner_ = {back(s_.forms.u), back(s_.forms.v), back(s_.forms.z)};
-    row_.half = extent(3.5F);
-    cubes_.half = extent(1.5F);
+    set_extent(row_, 3.5F);
+    set_extent(cubes_, 1.5F);
   }
 
   IntegrationStats run() {
@@ -90,11 +90,17 @@ class BrickSweep {
     boxes.v[box] = along(s_.forms.v);
     boxes.z[box] = along(s_.forms.z);
   }
-  Place extent(float half) const {
-    const auto along = [&](const float* f) {
-      return half * (std::abs(f[0]) + std::abs(f[1]) + std::abs(f[2]));
+  /// How far boxes reach: `half` voxels along each axis from their middles to the last voxels'.
+  void set_extent(Boxes& boxes, float half) const {
+    const CameraForms& f = s_.forms;
+    const auto along = [&](const float* form, float slope) {
+      float sum = 0;
+      for (int k = 0; k < 3; ++k) sum += std::abs(form[k] - slope * f.z[k]);
+      return half * sum;
     };
-    return {along(s_.forms.u), along(s_.forms.v), along(s_.forms.z)};
+    boxes.half = {along(f.u, 0), along(f.v, 0), along(f.z, 0)};
+    boxes.reach = {along(f.u, s_.slopes.left), along(f.u, s_.slopes.right), along(f.v, s_.slopes.top),
+                   along(f.v, s_.slopes.bottom)};
   }
 
   void enter_layer(int z) {
@@ -268,14 +274,13 @@ void bound(Sweep& s, const RangeSamples& samples, const VoxelMap& map,
 /// The view's six sides, moved out by half a brick.
 void set_planes(Sweep& s) {
   const CameraForms& f = s.forms;
-  const float left = -0.5F - s.cx, right = s.end_u - s.cx, top = -0.5F - s.cy, bottom = s.end_v - s.cy;
   for (int j = 0; j < 4; ++j) {
     s.planes[0][j] = f.z[j];
     s.planes[1][j] = -f.z[j];
-    s.planes[2][j] = f.u[j] - left * f.z[j];
-    s.planes[3][j] = right * f.z[j] - f.u[j];
-    s.planes[4][j] = f.v[j] - top * f.z[j];
-    s.planes[5][j] = bottom * f.z[j] - f.v[j];
+    s.planes[2][j] = f.u[j] - s.slopes.left * f.z[j];
+    s.planes[3][j] = s.slopes.right * f.z[j] - f.u[j];
+    s.planes[4][j] = f.v[j] - s.slopes.top * f.z[j];
+    s.planes[5][j] = s.slopes.bottom * f.z[j] - f.v[j];
   }
   s.planes[0][3] -= s.near;
   s.planes[1][3] += s.far;
@@ -309,6 +314,7 @@ void update_bricks(const SeenSpace& seen, Time stamp, VoxelMap& map, Integration
   s.cy = samples.cy();
   s.end_u = samples.end_u();
   s.end_v = samples.end_v();
+  s.slopes = {-0.5F - s.cx, s.end_u - s.cx, -0.5F - s.cy, s.end_v - s.cy};
   s.near = samples.near() * samples.steps_per_metre();
   s.far = samples.farthest() * samples.steps_per_metre();
   s.half_voxel = static_cast<float>(map.resolution() / 2) * samples.focal() * samples.steps_per_metre();
