@@ -17,14 +17,24 @@ namespace headway::nav {
 #define HEADWAY_RAY_TASKS
 namespace {
 
-constexpr int kMostLanes = 16;  // more than any instruction set has for floats
+constexpr int kMostLanes = 16;        // more than any instruction set has for floats
+constexpr float kLeastSlope = 1e-9F;  // so that no inverse is infinite
 
+struct DirectionTask {
+  RayGrid grid;
+  int stride;
+  const Eigen::Matrix3f& map_from_camera;
+  float* inverse[3];
+};
+
+/// A box of which no side passes the eye: along each axis of the map, a ray that meets it goes first through
+/// the plane that is nearer to the eye.
 struct BoxTask {
   const float *inverse_x, *inverse_y, *inverse_z;
   float* reach;
   int stride;
   RayRect rect;
-  Eigen::Vector3f low, high;
+  Eigen::Vector3f near, far;
 };
 
 struct InsideTask {
@@ -44,22 +54,42 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, kMostLanes>;
 using V = hn::Vec<Tag>;
 
+// One over the rays' directions along the map's axes.
+void invert_directions(const DirectionTask& t) {
+  const Tag d;
+  const V one = hn::Set(d, 1), least = hn::Set(d, kLeastSlope);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const RayGrid& g = t.grid;
+  for (int v = 0; v < g.height; ++v) {
+    const Eigen::Vector3f first =
+        t.map_from_camera *
+        Eigen::Vector3f(g.x0 + 0.5F * g.step, g.y0 + (static_cast<float>(v) + 0.5F) * g.step, 1);
+    for (int k = 0; k < 3; ++k) {
+      float* row = t.inverse[k] + static_cast<std::ptrdiff_t>(v) * t.stride;
+      const V start = hn::Set(d, first[k]), step = hn::Set(d, g.step * t.map_from_camera(k, 0));
+      for (int u = 0; u < t.stride; u += lanes) {
+        const V slope = hn::Add(start, hn::Mul(hn::Iota(d, static_cast<float>(u)), step));
+        const auto level = hn::Lt(hn::Abs(slope), least);
+        hn::StoreU(hn::Div(one, hn::IfThenElse(level, hn::CopySign(least, slope), slope)), d, row + u);
+      }
+    }
+  }
+}
+
 // Where rays enter and leave the box between three pairs of planes.
 void end_at_box(const BoxTask& t) {
   const Tag d;
   const V never = hn::Set(d, std::numeric_limits<float>::infinity()), zero = hn::Zero(d);
-  const V x0 = hn::Set(d, t.low.x()), y0 = hn::Set(d, t.low.y()), z0 = hn::Set(d, t.low.z());
-  const V x1 = hn::Set(d, t.high.x()), y1 = hn::Set(d, t.high.y()), z1 = hn::Set(d, t.high.z());
+  const V x0 = hn::Set(d, t.near.x()), y0 = hn::Set(d, t.near.y()), z0 = hn::Set(d, t.near.z());
+  const V x1 = hn::Set(d, t.far.x()), y1 = hn::Set(d, t.far.y()), z1 = hn::Set(d, t.far.z());
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int v = t.rect.v0; v < t.rect.v1; ++v) {
     for (int u = t.rect.u0; u < t.rect.u1; u += lanes) {
       const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(v) * t.stride + u;
       const V ix = hn::LoadU(d, t.inverse_x + i), iy = hn::LoadU(d, t.inverse_y + i),
               iz = hn::LoadU(d, t.inverse_z + i);
-      const V ax = hn::Mul(x0, ix), bx = hn::Mul(x1, ix), ay = hn::Mul(y0, iy), by = hn::Mul(y1, iy),
-              az = hn::Mul(z0, iz), bz = hn::Mul(z1, iz);
-      const V in = hn::Max(hn::Max(hn::Min(ax, bx), hn::Min(ay, by)), hn::Min(az, bz));
-      const V out = hn::Min(hn::Min(hn::Max(ax, bx), hn::Max(ay, by)), hn::Max(az, bz));
+      const V in = hn::Max(hn::Max(hn::Mul(x0, ix), hn::Mul(y0, iy)), hn::Mul(z0, iz));
+      const V out = hn::Min(hn::Min(hn::Mul(x1, ix), hn::Mul(y1, iy)), hn::Mul(z1, iz));
       const auto meets = hn::And(hn::Le(in, out), hn::Gt(out, zero));
       const V end = hn::IfThenElse(meets, hn::Max(in, zero), never);
       hn::StoreU(hn::Min(hn::LoadU(d, t.reach + i), end), d, t.reach + i);
@@ -103,18 +133,14 @@ HWY_AFTER_NAMESPACE();
 
 namespace headway::nav {
 
+HWY_EXPORT(invert_directions);
 HWY_EXPORT(end_at_box);
 HWY_EXPORT(end_inside);
 
 namespace {
 
 constexpr int kTile = 8;               // rays
-constexpr float kLeastSlope = 1e-9F;   // so that no inverse is infinite
 constexpr float kAtTheCamera = 1e-3F;  // nearer than this a box's outline is not worked out
-
-float inverse(float slope) {
-  return 1 / (std::abs(slope) < kLeastSlope ? std::copysign(kLeastSlope, slope) : slope);
-}
 
 }  // namespace
 
@@ -129,18 +155,8 @@ RayImage::RayImage(const RayGrid& grid)
 }
 
 void RayImage::begin(const Eigen::Matrix3f& map_from_camera) {
-  const Eigen::Vector3f step = grid_.step * map_from_camera.col(0);
-  for (int v = 0; v < grid_.height; ++v) {
-    const float y = grid_.y0 + (static_cast<float>(v) + 0.5F) * grid_.step;
-    const Eigen::Vector3f first = map_from_camera * Eigen::Vector3f(grid_.x0 + 0.5F * grid_.step, y, 1);
-    const auto row = static_cast<std::size_t>(v) * static_cast<std::size_t>(stride_);
-    for (int u = 0; u < stride_; ++u) {
-      const auto i = row + static_cast<std::size_t>(u);
-      inverse_x_[i] = inverse(first.x() + static_cast<float>(u) * step.x());
-      inverse_y_[i] = inverse(first.y() + static_cast<float>(u) * step.y());
-      inverse_z_[i] = inverse(first.z() + static_cast<float>(u) * step.z());
-    }
-  }
+  HWY_DYNAMIC_DISPATCH(invert_directions)
+  ({grid_, stride_, map_from_camera, {inverse_x_.data(), inverse_y_.data(), inverse_z_.data()}});
   std::fill(reach_.begin(), reach_.end(), std::numeric_limits<float>::infinity());
 }
 
@@ -149,8 +165,19 @@ void RayImage::end_inside(std::span<const Eigen::Vector4f> rows) {
 }
 
 void RayImage::end_at_box(const Eigen::Vector3f& low, const Eigen::Vector3f& high, const RayRect& rect) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(low[axis] < 0 && high[axis] > 0)) continue;
+    // On both sides of the eye: two boxes that meet there.
+    Eigen::Vector3f end_of_low = high, start_of_high = low;
+    end_of_low[axis] = start_of_high[axis] = 0;
+    end_at_box(low, end_of_low, rect);
+    end_at_box(start_of_high, high, rect);
+    return;
+  }
+  const Eigen::Vector3f near = (low.array() >= 0).select(low.array(), high.array()).matrix(),
+                        far = (low.array() >= 0).select(high.array(), low.array()).matrix();
   HWY_DYNAMIC_DISPATCH(end_at_box)
-  ({inverse_x_.data(), inverse_y_.data(), inverse_z_.data(), reach_.data(), stride_, rect, low, high});
+  ({inverse_x_.data(), inverse_y_.data(), inverse_z_.data(), reach_.data(), stride_, rect, near, far});
 }
 
 void RayImage::settle() {
