@@ -10,6 +10,9 @@ using Eigen::Vector2i;
 
 namespace {
 
+/// Masks stand on cell centres, up to half a cell's diagonal off the place where the body really is.
+double off_centre(double cell_size) { return cell_size / std::numbers::sqrt2; }
+
 template <class Is>
 bool any_cell(const Vector2i& cell, const Mask& mask, const Is& is) {
   for (const Mask::Run& run : mask.runs) {
@@ -32,9 +35,15 @@ Ground GroundView::as_seen_from_start(const Vector2i& cell, Ground on_map) const
   const double size = map_.grid.resolution;
   const double distance = distance_to_square(outline_, start_, map_.grid.centre(cell), size);
   if (distance <= 0) return Ground::kFree;
-  // Masks stand on cell centres, up to half a cell's diagonal off the place where the body really is.
-  const double too_near = outline_.clearance() + size / std::numbers::sqrt2;
+  const double too_near = outline_.clearance() + off_centre(size);
   return is_obstacle(on_map) && distance <= too_near ? Ground::kTight : on_map;
+}
+
+/// From the start to the centre of a cell that it matters to, along x or y: half a cell's side more than to
+/// the cell itself.
+double GroundView::near_start_reach() const {
+  const double size = map_.grid.resolution;
+  return outline_.reach() + off_centre(size) + size / 2;
 }
 
 Ground GroundView::at(const Vector2i& cell) const {

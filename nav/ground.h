@@ -52,7 +52,7 @@ class GroundView {
  private:
   Ground on_the_map(const Eigen::Vector2i& cell) const;
   Ground as_seen_from_start(const Eigen::Vector2i& cell, Ground on_map) const;
-  double near_start_reach() const { return outline_.reach() + map_.grid.resolution; }
+  double near_start_reach() const;
 
   const FloorMap& map_;
   UnseenFloor unseen_;

@@ -1,5 +1,10 @@
 #include "nav/surveyed_floor.h"
 
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
@@ -10,7 +15,7 @@
 namespace headway::nav {
 namespace {
 
-using Eigen::Vector2i;
+using Eigen::Vector2d, Eigen::Vector2i;
 
 struct Surveyor {
   PlannerConfig config;
@@ -74,6 +79,102 @@ TEST(SurveyedFloor, SaysOfEachMotionWhatItsMaskAndTheCellsAroundSay) {
   EXPECT_GT(blocked, 10000);
   EXPECT_GT(open, 10000);
   EXPECT_GT(priced, 10000);
+}
+
+/// Points of the body's rectangle at a pose, a millimetre or so from any other of its sides and a centimetre
+/// from any inside.
+std::vector<Vector2d> points_of(const BodyOutline& body, const Pose2& pose) {
+  const auto raster = [](double half, double spacing) {
+    std::vector<double> at;
+    const int steps = static_cast<int>(std::ceil(2 * half / spacing)) + 1;
+    for (int i = 0; i <= steps; ++i) at.push_back(half * (2.0 * i / steps - 1));
+    return at;
+  };
+  std::vector<Vector2d> points;
+  const auto add = [&](double x, double y) { points.emplace_back(pose * Vector2d(x, y)); };
+  for (const double x : raster(body.half_depth, 0.01))
+    for (const double y : raster(body.half_width, 0.01)) add(x, y);
+  for (const double x : raster(body.half_depth, 0.002))
+    for (const double y : {-body.half_width, body.half_width}) add(x, y);
+  for (const double y : raster(body.half_width, 0.002))
+    for (const double x : {-body.half_depth, body.half_depth}) add(x, y);
+  return points;
+}
+
+/// What a cell is when the body stands where these points are; nothing where they lie too near to a limit to
+/// tell.
+std::optional<Ground> ground_by_points(const FloorMap& map, const PlannerConfig& config,
+                                       const BodyOutline& body, const std::vector<Vector2d>& points,
+                                       const Vector2i& cell) {
+  constexpr double kUnsure = 0.002;
+  if (!map.grid.contains(cell)) return Ground::kBlocked;
+  const Floor floor = map.at(cell);
+  const bool is_blocked =
+      floor == Floor::kBlocked || (floor == Floor::kUnseen && config.unseen == UnseenFloor::kBlocked);
+  if (!is_blocked) return Ground::kFree;  // as far as masks go
+  double distance = 1e9;
+  for (const Vector2d& p : points) {
+    const Eigen::Array2d off = (p - map.grid.centre(cell)).array().abs() - map.grid.resolution / 2;
+    distance = std::min(distance, off.max(0).matrix().norm());
+  }
+  if (distance == 0) return Ground::kFree;
+  if (distance < kUnsure) return std::nullopt;
+  const double limit = body.sway + body.safety_margin + map.grid.resolution * std::sqrt(0.5);
+  if (std::abs(distance - limit) < kUnsure) return std::nullopt;
+  return distance < limit ? Ground::kTight : Ground::kBlocked;
+}
+
+/// What came within its clearance must not nail the body to the spot: of such obstacles only the bare body
+/// keeps off.
+TEST(SurveyedFloor, KeepsNoClearanceFromWhatStandsWithinItAtTheStart) {
+  Dice dice(25);
+  int blocked = 0, open = 0, passed = 0;
+  for (int run = 0; run < 40; ++run) {
+    PlannerConfig config = any_config(dice);
+    config.start_is_free = true;
+    const BodyOutline body = any_body(dice);
+    const double resolution = std::array{0.03, 0.05, 0.1}[static_cast<std::size_t>(dice.whole(0, 3))];
+    const FloorMap map = random_floor(dice.whole(10, 60), dice.whole(10, 60), resolution, dice);
+    const Vector2i from(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
+    const Vector2d at = map.grid.centre(from);
+    const double off = resolution / 2;
+    const Pose2 start{at.x() + dice.real(-off, off), at.y() + dice.real(-off, off), dice.real(-3, 3)};
+    Surveyor surveyor(config, body, resolution);
+    surveyor.update(map, start);
+    const std::vector<Vector2d> points = points_of(body, start);
+    std::map<std::pair<int, int>, std::optional<Ground>> known;
+    const auto ground = [&](const Vector2i& cell) {
+      const auto [place, is_new] = known.try_emplace({cell.x(), cell.y()});
+      if (is_new) place->second = ground_by_points(map, config, body, points, cell);
+      return place->second;
+    };
+    for (int trial = 0; trial < 200; ++trial) {
+      const Vector2i c = (from + Vector2i(dice.whole(-6, 7), dice.whole(-6, 7)))
+                             .cwiseMax(0)
+                             .cwiseMin(Vector2i(map.grid.width - 1, map.grid.height - 1));
+      const Motion m{dice.whole(0, kHeadings), dice.whole(0, kMotions)};
+      bool unsure = false, meets = false, meets_tight = false;
+      for (const auto& [mask, bare] :
+           {std::pair(&surveyor.masks.of(m), false), std::pair(&surveyor.bare_masks.of(m), true)}) {
+        for (const Mask::Run& run_of_cells : mask->runs) {
+          for (int x = run_of_cells.first; x <= run_of_cells.last; ++x) {
+            const auto g = ground(c + Vector2i(x, run_of_cells.dy));
+            unsure |= !g;
+            meets |= g == Ground::kBlocked || (bare && g == Ground::kTight);
+            meets_tight |= g == Ground::kTight;
+          }
+        }
+      }
+      if (unsure) continue;
+      ASSERT_EQ(surveyor.floor.chunks().blocked(c.x(), c.y(), m), meets)
+          << "run " << run << " at " << c.transpose();
+      ++(meets ? blocked : open);
+      passed += !meets && meets_tight;
+    }
+  }
+  EXPECT_GT(blocked, 1000);
+  EXPECT_GT(open, 1000);
+  EXPECT_GT(passed, 100) << "that keeping clear of all would have stopped";
 }
 
 void expect_equal(const SurveyedFloor& a, const SurveyedFloor& b) {
