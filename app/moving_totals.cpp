@@ -10,7 +10,8 @@ namespace headway::app {
 void MovingTotals::add(const SimSession& session) {
   const ReactionCheck& check = session.reactions();
   ++runs_;
-  replanned_ += !check.reactions().empty();
+  replanned_ += std::any_of(check.reactions().begin(), check.reactions().end(),
+                            [](const ReactionCheck::Reaction& r) { return !r.left; });
   threats_ += session.mission().counters().threats;
   outside_mask_ += session.body_mask().outside();
   farthest_ = std::max(farthest_, session.body_mask().farthest());
@@ -22,6 +23,7 @@ void MovingTotals::add(const SimSession& session) {
   for (const ReactionCheck::Reaction& r : check.reactions()) {
     frame_periods_.push_back(to_seconds(r.handed - r.shown) / period);
     stops_ += r.stopped;
+    left_ += r.left;
   }
 }
 
@@ -42,6 +44,7 @@ Json MovingTotals::report() const {
       {"replanned_share", rounded(replanned_share(), 3)},
       {"answers", frame_periods_.size()},
       {"answered_by_stop", stops_},
+      {"left_by_itself", left_},
       {"frame_periods_p50", rounded(latency(0.5), 3)},
       {"frame_periods_p99", rounded(latency(0.99), 3)},
       {"frame_periods_max", rounded(latency(1), 3)},
@@ -57,12 +60,11 @@ Json MovingTotals::report() const {
 std::string MovingTotals::line() const {
   return fmt::format(
       "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots "
-      "changed "
-      "their steps, {} times in all ({} stops), after {:.2f} frame periods in 99 % of the cases; {} threats; "
-      "true "
-      "body outside its mask {} times",
-      warnings_.size(), late_, kStopping, replanned_, runs_, frame_periods_.size(), stops_, latency(0.99),
-      threats_, outside_mask_);
+      "changed their steps; things came onto the steps {} times ({} answered by a stop, {} left by "
+      "themselves), and were off them after {:.2f} frame periods in 99 % of the cases; {} threats; true body "
+      "outside its mask {} times",
+      warnings_.size(), late_, kStopping, replanned_, runs_, frame_periods_.size(), stops_, left_,
+      latency(0.99), threats_, outside_mask_);
 }
 
 bool MovingTotals::good() const {

@@ -29,7 +29,7 @@ void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const vision:
   const auto still = static_cast<int>(world.things.size());
   if (std::none_of(state.set_off.begin(), state.set_off.end(), [](const auto& t) { return t.has_value(); }))
     return;
-  Shown shown{exposure, {}};
+  Picture picture{exposure, map_from_view, sim::moving_poses(world, state), {}};
   std::vector<int> rays(world.moving.size(), 0);
   for (int v = kStride / 2; v < camera.height; v += kStride)
     for (int u = kStride / 2; u < camera.width; u += kStride) {
@@ -42,7 +42,7 @@ void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const vision:
       if (!state.set_off[thing]) continue;
       ++rays[thing];
       if (p.z() > heights_.floor_tolerance && p.z() < heights_.body_height)
-        shown.points.push_back(p.head<2>());
+        picture.parts.push_back({thing, picture.things[thing].lifted().inverse() * p});
     }
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool known =
@@ -56,29 +56,41 @@ void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const vision:
       sightings_.push_back(
           {i, *state.set_off[i], exposure, sim::soonest_touch(thing, since, robot, onlooker_)});
   }
-  shown_.push_back(std::move(shown));
-  if (shown_.size() > kKept) shown_.pop_front();
+  pictures_.push_back(std::move(picture));
+  if (pictures_.size() > kKept) pictures_.pop_front();
 }
 
-int ReactionCheck::on_steps(const std::vector<Vector2d>& points, std::span<const Pose2> bases) const {
-  return static_cast<int>(std::count_if(points.begin(), points.end(), [&](const Vector2d& p) {
-    return std::any_of(bases.begin(), bases.end(), [&](const Pose2& base) {
-      return nav::distance_to_square(outline_, base, p, 0) < outline_.clearance();
-    });
-  }));
+std::span<const Pose2> ReactionCheck::Steps::from(std::uint32_t index) const {
+  const std::size_t done = index > first_index ? index - first_index : 0;
+  return std::span(bases).subspan(std::min(done, bases.size()));
 }
 
-void ReactionCheck::decide(Time exposure, const runtime::Mission& mission, const nav::Committed& committed,
+const ReactionCheck::Picture* ReactionCheck::picture_of(Time exposure) const {
+  const auto found = std::find_if(pictures_.begin(), pictures_.end(),
+                                  [&](const Picture& p) { return p.exposure == exposure; });
+  return found == pictures_.end() ? nullptr : &*found;
+}
+
+bool ReactionCheck::may_change(const nav::Committed& committed) const {
+  return !walked_.bases.empty() && !committed.at_rest && walked_.session == committed.session &&
+         walked_.first_index <= committed.next_index;
+}
+
+/// Whether parts, with their things where they are now, lie on steps.
+bool ReactionCheck::on_steps(const std::vector<Part>& parts, const Picture& now,
+                             const Eigen::Isometry3d& map_from_view, std::span<const Pose2> bases) const {
+  const Eigen::Isometry3d believed = map_from_view * now.map_from_view.inverse();
+  return std::count_if(parts.begin(), parts.end(), [&](const Part& part) {
+           const Vector2d p = (believed * (now.things[part.thing].lifted() * part.at)).head<2>();
+           return std::any_of(bases.begin(), bases.end(), [&](const Pose2& base) {
+             return nav::distance_to_square(outline_, base, p, 0) < outline_.clearance();
+           });
+         }) >= kLeast;
+}
+
+void ReactionCheck::decide(Time exposure, const Eigen::Isometry3d& map_from_view,
+                           const runtime::Mission& mission, const nav::Committed& committed,
                            const runtime::MotionOrder& order) {
-  const auto shown =
-      std::find_if(shown_.begin(), shown_.end(), [&](const Shown& s) { return s.exposure == exposure; });
-  if (!open_ && shown != shown_.end() && !walked_.bases.empty() && !committed.at_rest &&
-      walked_.session == committed.session && walked_.first_index <= committed.next_index) {
-    const std::size_t done =
-        std::min<std::size_t>(committed.next_index - walked_.first_index, walked_.bases.size());
-    if (on_steps(shown->points, std::span(walked_.bases).subspan(done)) >= kLeast)
-      open_ = Open{{exposure, {}, false, 0}, shown->points, false};
-  }
   decided_ = Steps{committed.session, committed.next_index, {}};
   const bool walks = order.walk == runtime::MotionOrder::Walk::kPlan && mission.walk();
   if (walks) {
@@ -86,10 +98,28 @@ void ReactionCheck::decide(Time exposure, const runtime::Mission& mission, const
     const auto done = static_cast<std::ptrdiff_t>(committed.next_index - walk.first_index);
     decided_->bases.assign(walk.walk.bases.begin() + done, walk.walk.bases.end());
   }
+  const Picture* picture = picture_of(exposure);
+  if (picture == nullptr) return;
+  const auto on = [&](const std::vector<Part>& parts, std::span<const Pose2> bases) {
+    return on_steps(parts, *picture, map_from_view, bases);
+  };
+  if (!open_ && may_change(committed) && on(picture->parts, walked_.from(committed.next_index)))
+    open_ = Open{{.shown = exposure}, committed.next_index, picture->parts, false};
   if (!open_ || open_->answered) return;
+  if (!on(open_->parts, walked_.from(open_->first_index))) {
+    open_->so_far.handed = exposure;
+    open_->so_far.left = true;
+    close();
+    return;
+  }
   ++open_->so_far.frames;
   open_->so_far.stopped = !walks;
-  open_->answered = on_steps(open_->points, decided_->bases) < kLeast;
+  open_->answered = !on(open_->parts, decided_->bases);
+}
+
+void ReactionCheck::close() {
+  reactions_.push_back(open_->so_far);
+  open_.reset();
 }
 
 void ReactionCheck::handed(Time now, const runtime::BusLoop& bus) {
@@ -102,8 +132,7 @@ void ReactionCheck::handed(Time now, const runtime::BusLoop& bus) {
     decided_.reset();
     if (open_ && open_->answered) {
       open_->so_far.handed = now;
-      reactions_.push_back(open_->so_far);
-      open_.reset();
+      close();
     }
   } else if (open_ && !open_->answered && stands) {
     open_.reset();  // it stood before it had to answer

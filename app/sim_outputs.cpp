@@ -172,7 +172,8 @@ Json moving_report(const SimSession& session) {
     answered.push_back({{"shown_s", rounded(to_seconds(r.shown), 3)},
                         {"frame_periods", rounded(to_seconds(r.handed - r.shown) / period, 3)},
                         {"frames", r.frames},
-                        {"stopped", r.stopped}});
+                        {"stopped", r.stopped},
+                        {"left", r.left}});
   return {{"seen", seen}, {"answered", answered}};
 }
 

@@ -257,7 +257,8 @@ void SimSession::note_sight(Time exposure) {
 }
 
 void SimSession::watch(const runtime::FrameSnapshot& snapshot) {
-  reactions_.decide(snapshot.stamp.exposure, snapshot.mission, snapshot.bus.committed, snapshot.order);
+  reactions_.decide(snapshot.stamp.exposure, snapshot.map_from_view, snapshot.mission, snapshot.bus.committed,
+                    snapshot.order);
   if (snapshot.mission.walk()) body_mask_.plan(snapshot.mission.walk()->path);
 }
 
