@@ -20,6 +20,14 @@ std::string at(const char* text, const Eigen::Vector2d& p) {
   return line;
 }
 
+std::optional<Eigen::Vector2d> middle_of(const std::vector<Eigen::Vector2i>& cells,
+                                         const nav::FloorGrid& grid) {
+  if (cells.empty()) return std::nullopt;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const auto& cell : cells) sum += grid.centre(cell);
+  return sum / static_cast<double>(cells.size());
+}
+
 bool same(const Pose2& a, const Pose2& b) {
   return (a.position() - b.position()).norm() < 1e-6 && std::abs(wrap_angle(a.yaw - b.yaw)) < 1e-6;
 }
@@ -368,22 +376,21 @@ nav::StepPlan Mission::step_plan(const MissionInput& input, const Gate& gate) co
 }
 
 hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const {
-  Eigen::Vector2d target;
-  if (!gate.missing.empty() && gate.open < 2 * kStepsToStart) {
-    // What holds up the next steps comes first.
-    target = Eigen::Vector2d::Zero();
-    for (const auto& cell : gate.missing) target += input.mapper.floor().grid.centre(cell);
-    target /= static_cast<double>(gate.missing.size());
-  } else {
-    const Pose2 base = input.bus.committed.stance.base();
-    target = base * Eigen::Vector2d(config_.look_distance, 0);
-    if (walk_)
-      for (std::size_t i = done_steps(input.bus.committed); i < walk_->walk.bases.size(); ++i) {
-        const Pose2& b = walk_->walk.bases[i];
-        target = b * Eigen::Vector2d(config_.look_distance / 2, 0);
-        if ((b.position() - base.position()).norm() > config_.look_distance / 2) break;
-        if (std::abs(wrap_angle(b.yaw - base.yaw)) > config_.head.upper.pan) break;
-      }
+  const Pose2 base = input.bus.committed.stance.base();
+  Eigen::Vector2d target = base * Eigen::Vector2d(config_.look_distance, 0);
+  const auto missing = middle_of(gate.missing, input.mapper.floor().grid);
+  // What holds up the next steps comes first. What is near counts as well, however many steps lead there:
+  // sideway steps are short, and floor that has come too near cannot be looked at any more.
+  if (missing &&
+      (gate.open < 2 * kStepsToStart || (*missing - base.position()).norm() < config_.look_distance)) {
+    target = *missing;
+  } else if (walk_) {
+    for (std::size_t i = done_steps(input.bus.committed); i < walk_->walk.bases.size(); ++i) {
+      const Pose2& b = walk_->walk.bases[i];
+      target = b * Eigen::Vector2d(config_.look_distance / 2, 0);
+      if ((b.position() - base.position()).norm() > config_.look_distance / 2) break;
+      if (std::abs(wrap_angle(b.yaw - base.yaw)) > config_.head.upper.pan) break;
+    }
   }
   return look_at({target.x(), target.y(), 0}, input.map_from_chest, config_.neck, config_.head);
 }
