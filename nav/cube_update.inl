@@ -30,6 +30,9 @@ using V = hn::Vec<D>;
 using VI = hn::Vec<decltype(di)>;
 using VU = hn::Vec<decltype(du)>;
 
+/// What a hit leaves of an older past before it counts: half a hit makes any voxel occupied.
+constexpr LogOdds kLeastBeforeHit = -(log_odds::kHit / 2 + 1);
+
 HWY_INLINE V set(float value) { return hn::Set(d, value); }
 
 struct Lookup {
@@ -138,7 +141,9 @@ HWY_INLINE void add(LogOdds& value, int evidence, BrickChange& change) {
   if (evidence == 0) return;
   const LogOdds old = value;
   const int known = old == log_odds::kUnseen ? 0 : old;
-  const int sum = (evidence < 0 ? std::min<int>(known, log_odds::kMostBeforeMiss) : known) + evidence;
+  const int before =
+      evidence < 0 ? std::min<int>(known, log_odds::kMostBeforeMiss) : std::max<int>(known, kLeastBeforeHit);
+  const int sum = before + evidence;
   value = static_cast<LogOdds>(std::clamp<int>(sum, log_odds::kLowest, log_odds::kHighest));
   if (value == old) return;
   change.changed = true;
@@ -265,8 +270,9 @@ HWY_INLINE void add(LogOdds* values, V8 evidence, BrickChange& change) {
   const auto was_unseen = hn::Eq(old, unseen_value);
   const auto none = hn::Eq(evidence, zero);
   const V8 known = hn::IfThenZeroElse(was_unseen, old);
-  const V8 before_miss = hn::Min(known, set8(log_odds::kMostBeforeMiss));
-  V8 sum = hn::SaturatedAdd(hn::IfThenElse(hn::Lt(evidence, zero), before_miss, known), evidence);
+  const V8 before_miss = hn::Min(known, set8(log_odds::kMostBeforeMiss)),
+           before_hit = hn::Max(known, set8(kLeastBeforeHit));
+  V8 sum = hn::SaturatedAdd(hn::IfThenElse(hn::Lt(evidence, zero), before_miss, before_hit), evidence);
   sum = hn::Max(hn::Min(sum, set8(log_odds::kHighest)), set8(log_odds::kLowest));
   sum = hn::IfThenElse(none, old, sum);
   if (hn::AllTrue(d8, hn::Eq(sum, old))) return;

@@ -7,8 +7,8 @@
 // Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
 // voxel occupied. Three views in a row that see a voxel empty undo whatever was known: a miss (-8) leaves
-// little of an older past, so that what has gone does not linger, and one wrong view empties no wall. A voxel
-// long known empty (-40) needs three hits to change sides.
+// little of an older past, so that what has gone does not linger, and one wrong view empties no wall. So does
+// a hit: half a one makes any voxel occupied, and what comes is there at once.
 #pragma once
 
 #include <Eigen/Geometry>
