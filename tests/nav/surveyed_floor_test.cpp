@@ -149,7 +149,7 @@ TEST(SurveyedFloor, KeepsNoClearanceFromWhatStandsWithinItAtTheStart) {
       return place->second;
     };
     for (int trial = 0; trial < 200; ++trial) {
-      const Vector2i c = (from + Vector2i(dice.whole(-6, 7), dice.whole(-6, 7)))
+      const Vector2i c = (from + Vector2i(dice.whole(-3, 4), dice.whole(-3, 4)))
                              .cwiseMax(0)
                              .cwiseMin(Vector2i(map.grid.width - 1, map.grid.height - 1));
       const Motion m{dice.whole(0, kHeadings), dice.whole(0, kMotions)};
