@@ -148,6 +148,44 @@ TEST(Planner, IsTheSameWhateverItPlannedBefore) {
   EXPECT_EQ(a.path.cost_so_far_s, b.path.cost_so_far_s);
 }
 
+/// Obstacles that come onto the path and go again: what was made of the last map does for the next one.
+TEST(Planner, CostsTheSameOnAPatchedMapAsWhenPlannedAnew) {
+  Dice dice(12);
+  int compared = 0, dearer = 0, cheaper = 0;
+  for (int run = 0; run < 30; ++run) {
+    FloorMap map = random_floor(dice.whole(30, 70), dice.whole(30, 70), 0.08, dice);
+    const auto from = some_open_place(map, dice), to = some_open_place(map, dice);
+    if (!from || !to) continue;
+    const Pose2 start{from->x(), from->y(), dice.real(-4, 4)};
+    const Goal goal{*to, std::nullopt, 0};
+    PlannerConfig config;
+    config.start_is_free = run % 2 == 0;
+    Planner used(config, {}, kSmallBody, map.grid);
+    PlanResult last = used.plan(map, start, goal);
+    for (int change = 0; change < 6; ++change) {
+      const std::vector<PathState>& states = last.path.states;
+      const Vector2i on_path = states.empty() ? map.grid.cell(*to) : states[states.size() / 2].cell;
+      const Vector2i low = on_path - Vector2i(dice.whole(0, 4), dice.whole(0, 4));
+      fill(map, low, low + Vector2i(dice.whole(1, 5), dice.whole(1, 5)),
+           change % 2 == 0 ? Floor::kBlocked : Floor::kFree);
+      const PlanResult warm = used.plan(map, start, goal);
+      const PlanResult cold = Planner(config, {}, kSmallBody, map.grid).plan(map, start, goal);
+      ASSERT_EQ(warm.reason, cold.reason) << "run " << run << " change " << change;
+      ASSERT_EQ(warm.path.states, cold.path.states) << "run " << run << " change " << change;
+      ASSERT_EQ(warm.path.cost_s, cold.path.cost_s);
+      if (warm && last) {
+        ++compared;
+        dearer += warm.path.cost_s > last.path.cost_s;
+        cheaper += warm.path.cost_s < last.path.cost_s;
+      }
+      last = warm;
+    }
+  }
+  EXPECT_GT(compared, 30);
+  EXPECT_GT(dearer, 5);
+  EXPECT_GT(cheaper, 5);
+}
+
 /// HRP-2 in a room of 8 x 7 m: outer cells blocked.
 FloorMap room() {
   FloorMap map = free_floor(160, 140, 0.05);
@@ -210,6 +248,36 @@ TEST(Planner, TellsWhyThereIsNoPath) {
   fill(map, {20, 50}, {60, 90}, Floor::kBlocked);
   fill(map, {36, 63}, {44, 75}, Floor::kFree);  // 0.45 x 0.65 m around a body of 0.40 x 0.62 m
   EXPECT_EQ(planner.plan(map, start, {at(map, 5, 3.5), {}, 0.1}).reason, NoPath::kStartBlocked);
+}
+
+/// Sixteen bits hold no more than 65 cells of a thousand ticks.
+TEST(Planner, CountsInCoarserTicksWhereAWalkIsTooLongForFineOnes) {
+  const FloorMap map = room();
+  const Vector2d from = at(map, 1.525, 3.525), to = at(map, 6.525, 3.525);
+  const Pose2 start{from.x(), from.y(), 0};
+  const Goal goal{to, 0.0, 0.1};
+  PlannerConfig config;
+  Planner usual(config, {}, {}, map.grid);
+  config.ticks_per_cell = 1000;
+  Planner fine(config, {}, {}, map.grid);
+  const PlanResult result = fine.plan(map, start, goal), expected = usual.plan(map, start, goal);
+  ASSERT_TRUE(result) << describe(result.reason);
+  ASSERT_GT(expected.path.cost_s, 65535 * fine.tick());
+  EXPECT_NEAR(result.path.cost_s, expected.path.cost_s, 0.01 * expected.path.cost_s);
+  EXPECT_EQ(result.path.states, expected.path.states);
+}
+
+TEST(Planner, SaysWhenAWalkIsLongerThanAnyTicksCount) {
+  FloorMap map = free_floor(720, 30, 0.05);
+  std::ranges::fill(map.cells, Floor::kUnseen);
+  PlannerConfig config;
+  config.ticks_per_cell = 2;  // the coarsest, one, does not help: 65535 / 101 is 648 cells
+  config.unseen_price = 100;
+  Planner planner(config, {}, {}, map.grid);
+  const Vector2d from = at(map, 1.025, 0.725);
+  const Pose2 start{from.x(), from.y(), 0};
+  EXPECT_TRUE(planner.plan(map, start, {at(map, 31.025, 0.725), {}, 0.1}));
+  EXPECT_EQ(planner.plan(map, start, {at(map, 35.025, 0.725), {}, 0.1}).reason, NoPath::kTooFar);
 }
 
 TEST(Planner, TakesTheNearestPlaceWithinToleranceWhenTheGoalIsTooTight) {
