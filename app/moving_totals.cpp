@@ -21,9 +21,10 @@ void MovingTotals::add(const SimSession& session) {
   }
   const double period = 1 / session.robot().simulation.frame_rate;
   for (const ReactionCheck::Reaction& r : check.reactions()) {
+    left_ += r.left;
+    if (r.left) continue;
     frame_periods_.push_back(to_seconds(r.handed - r.shown) / period);
     stops_ += r.stopped;
-    left_ += r.left;
   }
 }
 
@@ -60,11 +61,10 @@ Json MovingTotals::report() const {
 std::string MovingTotals::line() const {
   return fmt::format(
       "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots "
-      "changed their steps; things came onto the steps {} times ({} answered by a stop, {} left by "
-      "themselves), and were off them after {:.2f} frame periods in 99 % of the cases; {} threats; true body "
-      "outside its mask {} times",
-      warnings_.size(), late_, kStopping, replanned_, runs_, frame_periods_.size(), stops_, left_,
-      latency(0.99), threats_, outside_mask_);
+      "changed their steps, {} times in all ({} stops), after {:.2f} frame periods in 99 % of the cases; {} "
+      "more times a thing left the steps before; {} threats; true body outside its mask {} times",
+      warnings_.size(), late_, kStopping, replanned_, runs_, frame_periods_.size(), stops_, latency(0.99),
+      left_, threats_, outside_mask_);
 }
 
 bool MovingTotals::good() const {

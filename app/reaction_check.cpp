@@ -22,8 +22,8 @@ ReactionCheck::ReactionCheck(const nav::BodyOutline& outline, const nav::FloorMa
   outline_.safety_margin /= 2;
 }
 
-void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const vision::PinholeCamera& camera,
-                           SightRange range, const Eigen::Isometry3d& map_from_view, const Vector2d& robot) {
+void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const PairSight& sight,
+                           const Eigen::Isometry3d& map_from_view, const Vector2d& robot) {
   const sim::World& world = scene.world();
   const sim::WorldState& state = scene.state();
   const auto still = static_cast<int>(world.things.size());
@@ -31,15 +31,15 @@ void ReactionCheck::expose(Time exposure, const sim::Scene& scene, const vision:
     return;
   Picture picture{exposure, map_from_view, sim::moving_poses(world, state), {}};
   std::vector<int> rays(world.moving.size(), 0);
-  for (int v = kStride / 2; v < camera.height; v += kStride)
-    for (int u = kStride / 2; u < camera.width; u += kStride) {
-      const Vector3d ray = camera.point(u, v, 1);
+  for (int v = kStride / 2; v < sight.camera.height; v += kStride)
+    for (int u = kStride / 2; u < sight.camera.width; u += kStride) {
+      const Vector3d ray = sight.camera.point(u, v, 1);
       const sim::RayHit hit =
-          scene.cast(map_from_view.translation(), map_from_view.linear() * ray, range.farthest);
-      if (hit.surface < still || static_cast<double>(hit.distance) < range.nearest) continue;
+          scene.cast(map_from_view.translation(), map_from_view.linear() * ray, sight.farthest);
+      if (hit.surface < still) continue;
+      const Vector3d seen = static_cast<double>(hit.distance) * ray, p = map_from_view * seen;
       const auto thing = static_cast<std::size_t>(hit.surface - still);
-      const Vector3d p = map_from_view * (static_cast<double>(hit.distance) * ray);
-      if (!state.set_off[thing]) continue;
+      if (!state.set_off[thing] || !sight.in_view(seen) || !sight.in_sight(scene, map_from_view, p)) continue;
       ++rays[thing];
       if (p.z() > heights_.floor_tolerance && p.z() < heights_.body_height)
         picture.parts.push_back({thing, picture.things[thing].lifted().inverse() * p});

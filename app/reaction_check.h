@@ -8,23 +8,18 @@
 #include <span>
 #include <vector>
 
+#include "app/pair_sight.h"
 #include "nav/body_outline.h"
 #include "nav/floor_map.h"
 #include "runtime/bus_loop.h"
 #include "runtime/mission.h"
 #include "sim_hal/movers.h"
 #include "sim_hal/scene.h"
-#include "vision/range_view.h"
 
 namespace headway::app {
 
-/// Depths that the cameras measure [m].
-struct SightRange {
-  double nearest = 0, farthest = 0;
-};
-
 /// Judged by the truth: a raster of rays is cast at each exposure, and tells which moving things the picture
-/// shows, and where. A picture shows a thing with four rays that meet it within the cameras' range, and shows
+/// shows, and where. A picture shows a thing with four rays that meet it where both cameras see it, and shows
 /// it on the steps when four of them end in the room that FloorGate::clear() asks for around the steps that
 /// were handed over and can still change. From then on, what they met moves on with its thing. Steps are
 /// where the robot plans them in its map, hence so are the things: as seen from where it believes to look
@@ -48,7 +43,7 @@ class ReactionCheck {
                 const sim::Onlooker& onlooker);
 
   /// At an exposure, with the true pose of the view and the true place of the robot.
-  void expose(Time exposure, const sim::Scene& scene, const vision::PinholeCamera& camera, SightRange range,
+  void expose(Time exposure, const sim::Scene& scene, const PairSight& sight,
               const Eigen::Isometry3d& map_from_view, const Eigen::Vector2d& robot);
   /// When the picture of that exposure has been worked on, with the pose that its view was believed to have.
   void decide(Time exposure, const Eigen::Isometry3d& map_from_view, const runtime::Mission& mission,

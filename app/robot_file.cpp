@@ -197,6 +197,11 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.frame_rate = simulation.number("frame_rate", {0.5, 100, "Hz"});
   const auto size = simulation.numbers("depth_image", 2, {16, 4096, "px"});
   config.depth_image = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  config.depth_shift_sigma =
+      simulation.number_or("depth_shift_sigma", config.depth_shift_sigma, {1e-4, 0.1, "m"});
+  config.depth_turn_sigma =
+      simulation.number_or("depth_turn_sigma_deg", config.depth_turn_sigma / kDegree, {0.01, 5, "deg"}) *
+      kDegree;
   const Section body = simulation.section("body");
   config.body.com_height = body.number("com_height", {0.3, 2, "m"});
   config.body.lag = body.number("lag_ms", {0, 200, "ms"}) * 1e-3;

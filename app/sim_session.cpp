@@ -155,6 +155,10 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& opti
   config.levelling = robot.levelling;
   config.localisation = robot.localisation;
   config.localisation.use &= options.localise;
+  if (options.range_mode) {
+    config.localisation.localise.shift_sigma = robot.simulation.depth_shift_sigma;
+    config.localisation.localise.turn_sigma = robot.simulation.depth_turn_sigma;
+  }
   config.neck = robot.mission.neck;
   config.camera_time_offset = robot.camera_time_offset;
   config.budget = seconds(1 / robot.simulation.frame_rate);
@@ -209,9 +213,8 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
     if (stereo_camera_) stereo_camera_->expose(t, map_from_camera);
     const Eigen::Isometry3d map_from_view = map_from_camera * eyes_->left_from_view();
     if (depth_camera_) depth_camera_->expose(t, map_from_view);
-    precision_.expose(t, scene_, camera_, map_from_view);
-    reactions_.expose(t, scene_, camera_, {robot_.rig.nearest, robot_.rig.farthest}, map_from_view,
-                      body_.stance().base().position());
+    precision_.expose(t, scene_, sight_.camera, map_from_view);
+    reactions_.expose(t, scene_, sight_, map_from_view, body_.stance().base().position());
   });
   body_.on_touch([this](const sim::BodyBox& box, Time) { return touched(scene_, box); });
   frames_.observe([this](const runtime::FrameSnapshot& snapshot) {
@@ -225,10 +228,10 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
 
 runtime::Eyes& SimSession::make_eyes() {
   const vision::Rectifier rectifier(robot_.rig);
-  camera_ = rectifier.camera();
+  sight_ = {rectifier.camera(), rectifier.rig().baseline, robot_.rig.nearest, robot_.rig.farthest};
   if (options_.range_mode) {
     const auto model = depth_model(robot_, rectifier.rig(), options_.seed);
-    camera_ = {model.width, model.height, model.focal, model.cx, model.cy};
+    sight_.camera = {model.width, model.height, model.focal, model.cx, model.cy};
     depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model);
     eyes_ = std::make_unique<runtime::DepthEyes>(
         *depth_camera_, depth_eyes(model, rectifier.rectified_from_left().inverse()));
@@ -264,11 +267,7 @@ void SimSession::watch(const runtime::FrameSnapshot& snapshot) {
 
 bool SimSession::in_sight(const Eigen::Vector3d& point) const {
   const Eigen::Isometry3d map_from_view = body_.map_from_camera() * eyes_->left_from_view();
-  const Eigen::Vector3d p = map_from_view.inverse() * point;
-  if (!(p.z() > robot_.rig.nearest && p.z() < robot_.rig.farthest)) return false;
-  const double u = camera_.cx + camera_.focal * p.x() / p.z(), v = camera_.cy + camera_.focal * p.y() / p.z();
-  return u >= 0 && v >= 0 && u <= camera_.width - 1 && v <= camera_.height - 1 &&
-         scene_.sees(map_from_view.translation(), point);
+  return sight_.in_view(map_from_view.inverse() * point) && sight_.in_sight(scene_, map_from_view, point);
 }
 
 void SimSession::move_world(Time now) {

@@ -142,7 +142,7 @@ class SimSession {
   std::unique_ptr<sim::SimDepthCamera> depth_camera_;
   std::unique_ptr<runtime::Eyes> eyes_;
   const runtime::StereoEyes* stereo_eyes_ = nullptr;  ///< the same, but in range mode
-  vision::PinholeCamera camera_;                      ///< of the views
+  PairSight sight_;                                   ///< of the views
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
