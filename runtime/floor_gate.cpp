@@ -1,5 +1,7 @@
 #include "runtime/floor_gate.h"
 
+#include <algorithm>
+
 namespace headway::runtime {
 
 Gate FloorGate::check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor,
@@ -32,14 +34,19 @@ void FloorGate::check_step(const nav::Walk& walk, std::size_t step, const nav::F
   for (const auto& cell : nav::body_cells(floor.grid, outline_.bare(), walk.bases[step])) judge(cell, false);
 }
 
-bool FloorGate::clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const {
+std::size_t FloorGate::clear_steps(const nav::Walk& walk, std::size_t from,
+                                   const nav::FloorMap& floor) const {
   // Half the safety margin: a plan made with the whole of it is not thrown away for one more voxel.
   nav::BodyOutline outline = outline_;
   outline.safety_margin /= 2;
   for (std::size_t step = from; step < walk.steps.size(); ++step)
     for (const auto& cell : nav::body_cells(floor.grid, outline, walk.bases[step]))
-      if (floor.at(cell) == nav::Floor::kBlocked) return false;
-  return true;
+      if (floor.at(cell) == nav::Floor::kBlocked) return step - from;
+  return walk.steps.size() - std::min(from, walk.steps.size());
+}
+
+bool FloorGate::clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const {
+  return from + clear_steps(walk, from, floor) >= walk.steps.size();
 }
 
 bool FloorGate::hits(std::span<const Pose2> bases, const nav::FloorMap& floor) const {

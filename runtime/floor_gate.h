@@ -38,7 +38,9 @@ class FloorGate {
   /// from before (free, and never seen) counts as unseen.
   Gate check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor, const Pose2& robot_now,
              Time now) const;
-  /// Whether the body meets no obstacle anywhere along the rest of a walk.
+  /// How many steps of the rest of a walk the body makes before it comes too near to an obstacle.
+  std::size_t clear_steps(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
+  /// Whether it meets none anywhere along it.
   bool clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
   /// Whether the body alone would meet an obstacle at one of these bases.
   bool hits(std::span<const Pose2> bases, const nav::FloorMap& floor) const;

@@ -113,7 +113,7 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const bool faulty = !blind.empty();
   if (!faulty) {
     odom_from_view = levelling_.level(view, odom_from_view, waiting_->exposure);
-    localisation_.see(view, odom_from_view, pose.odom_from_chest, waiting_->exposure);
+    localisation_.see(view, odom_from_view, pose.odom_from_chest, waiting_->exposure, mapper_.passing());
   }
   const Eigen::Isometry3d map_from_odom = localisation_.map_from_odom().lifted();
   const Eigen::Isometry3d map_from_view = map_from_odom * odom_from_view,

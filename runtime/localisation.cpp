@@ -24,12 +24,14 @@ void Localisation::restore(const nav::SurfacePoints& surfaces) {
 }
 
 void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
-                       const Eigen::Isometry3d& odom_from_chest, Time stamp) {
+                       const Eigen::Isometry3d& odom_from_chest, Time stamp,
+                       const nav::PassingObstacles& passing) {
   alignment_ = {};
   if (!config_.use) return;
   nav::view_patches(view, config_.patches, patches_);
   odom_from_view_ = odom_from_view;
   drift_.move(on_floor(odom_from_chest), stamp);
+  leave_out_what_moves(passing);
   if (drift_.covariance().isZero()) return;  // nothing can be off yet
   const Pose2 robot = drift_.map_from_robot();
   alignment_ = localiser_.align(map_, surfaces_, patches_, drift_.map_from_odom().lifted() * odom_from_view,
@@ -42,6 +44,14 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
   if ((planned.position() - now.position()).norm() > config_.steady_shift ||
       std::abs(wrap_angle(planned.yaw - now.yaw)) > config_.steady_turn)
     steady_ = drift_.map_from_odom();
+}
+
+void Localisation::leave_out_what_moves(const nav::PassingObstacles& passing) {
+  const Eigen::Isometry3d map_from_view = drift_.map_from_odom().lifted() * odom_from_view_;
+  std::erase_if(patches_, [&](const nav::Patch& patch) {
+    const Eigen::Vector3d point = map_from_view * patch.point;
+    return passing.amid_free(point.head<2>());
+  });
 }
 
 /// Known well enough for a view to become part of the map, which then helps to know it better.

@@ -7,6 +7,7 @@
 
 #include "hal/pose2.h"
 #include "nav/localise.h"
+#include "nav/passing_obstacles.h"
 #include "nav/surface_points.h"
 #include "nav/view_patches.h"
 #include "nav/voxel_map.h"
@@ -47,9 +48,10 @@ class Localisation {
   void restore(const nav::SurfacePoints& surfaces);
   bool placed() const { return placed_; }
 
-  /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`.
+  /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`. What moves,
+  /// by `passing`, is left out.
   void see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
-           const Eigen::Isometry3d& odom_from_chest, Time stamp);
+           const Eigen::Isometry3d& odom_from_chest, Time stamp, const nav::PassingObstacles& passing);
   /// Remembers the surfaces of the view seen last, which is part of the map now.
   void learn();
 
@@ -65,6 +67,7 @@ class Localisation {
   const nav::SurfacePoints& surfaces() const { return surfaces_; }
 
  private:
+  void leave_out_what_moves(const nav::PassingObstacles& passing);
   void count();
   bool found_place() const;
 

@@ -34,7 +34,8 @@ Mapper::Mapper(const MapperConfig& config, const Pose2& start)
       integrator_(config.integration),
       raised_(nav::floor_grid(config.voxels), config.raised_floor),
       projection_(nav::floor_grid(config.voxels), config.floor),
-      floor_(nav::unseen_floor(nav::floor_grid(config.voxels))) {
+      floor_(nav::unseen_floor(nav::floor_grid(config.voxels))),
+      passing_(floor_.grid, config.floor) {
   follow({start.x, start.y, 0});
   project();
 }
@@ -95,13 +96,18 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
   if (moved.norm() > config_.start_area.footprint_half.minCoeff()) at_start_ = false;
   follow(map_from_chest.translation());
   raised_.add(view, map_from_camera);
-  for (const Eigen::Vector2i& cell : raised_.changed()) projection_.set_raised(cell, raised_.raised(cell));
+  passing_.look(view, map_from_camera, stamp);
+  for (const Eigen::Vector2i& cell : raised_.changed()) {
+    projection_.set_raised(cell, raised_.raised(cell));
+    if (raised_.raised(cell)) passing_.stands(cell, stamp);
+  }
   return integrator_.integrate(voxels_, view, map_from_camera, stamp, map_from_chest);
 }
 
 void Mapper::project() {
   projection_.again(nav::start_cells(floor_.grid, start_, config_.start_area));
   projection_.update(voxels_, floor_);
+  passing_.see(floor_);
   nav::start_clear(floor_, start_, config_.start_area, Time{}, at_start_);
 }
 

@@ -9,6 +9,7 @@
 #include "nav/floor_map.h"
 #include "nav/floor_projection.h"
 #include "nav/integrate.h"
+#include "nav/passing_obstacles.h"
 #include "nav/raised_floor.h"
 #include "nav/voxel_map.h"
 #include "vision/range_view.h"
@@ -53,6 +54,8 @@ class Mapper {
   const nav::VoxelMap& voxels() const { return voxels_; }
   /// Of the whole box; outside of the window as it was last known.
   const nav::FloorMap& floor() const { return floor_; }
+  /// What came onto the floor, and what was last seen standing where.
+  const nav::PassingObstacles& passing() const { return passing_; }
   /// What has left the window.
   const nav::ColdMap& aside() const { return aside_.map(); }
   /// All that is known, in the window and aside.
@@ -73,6 +76,7 @@ class Mapper {
   nav::RaisedFloor raised_;
   nav::FloorProjection projection_;
   nav::FloorMap floor_;
+  nav::PassingObstacles passing_;
 };
 
 }  // namespace headway::runtime

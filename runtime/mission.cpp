@@ -67,7 +67,8 @@ Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
       planner_(config.planner, config.gait, config.outline, grid),
       gate_(config.gate, config.gait, config.outline),
       forecaster_(nav::walking_config(config.gait), config.gait.sole_length, config.gait.sole_width),
-      refusals_(config.attempts) {
+      refusals_(config.attempts),
+      second_look_(grid, 2 * config.attempts) {
   if (config.next_view)
     next_view_.emplace(nav::Viewer{config.field, config.neck, config.head}, grid.resolution,
                        *config.next_view);
@@ -80,6 +81,7 @@ void Mission::set_goal(const nav::Goal& goal) {
   walk_.reset();
   planned_once_ = false;
   fruitless_ = 0;
+  second_look_.forget();
   sight_.reset();
   turned_.reset();
   refusals_.forget();
@@ -87,6 +89,7 @@ void Mission::set_goal(const nav::Goal& goal) {
 }
 
 MotionOrder Mission::update(const MissionInput& input) {
+  second_look_.follow(input.mapper);
   auto reason = hopeless(input);
   if (reason && goal_ && !over() && state_ != MissionState::kStarting) give_up(*std::move(reason));
   switch (state_) {
@@ -210,13 +213,11 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
+    second_look_.forget();
     reason_ = nav::describe_shortfall(last_plan_, *goal_);
     return rest(input);
   }
-  Gate gate;
-  if (walk_)
-    gate = gate_.check(walk_->walk, done_steps(committed), input.mapper.floor(),
-                       on_floor(input.map_from_chest), input.now);
+  const Gate gate = walk_ ? check_gate(input) : Gate{};
   const std::size_t left = walk_ ? walk_->walk.steps.size() - done_steps(committed) : 0;
   look_ = gaze(input, gate);
   if (committed.at_rest && gate.open < std::min(kStepsToStart, std::max<std::size_t>(left, 1)))
@@ -229,6 +230,19 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   if (walk_ && !committed.stopping) order.walk = MotionOrder::Walk::kPlan;
   order.plan = step_plan(input, gate);
   return order;
+}
+
+Gate Mission::check_gate(const MissionInput& input) const {
+  const std::size_t done = done_steps(input.bus.committed);
+  const auto check = [&](const nav::FloorMap& floor) {
+    return gate_.check(walk_->walk, done, floor, on_floor(input.map_from_chest), input.now);
+  };
+  Gate gate = check(second_look_.floor(input.mapper));
+  // What may have gone is looked at, not walked into.
+  if (second_look_.on())
+    gate.open = std::min({gate.open, check(input.mapper.floor()).open,
+                          gate_.clear_steps(walk_->walk, done, input.mapper.floor())});
+  return gate;
 }
 
 bool Mission::follows(const nav::Committed& committed) const {
@@ -284,7 +298,7 @@ void Mission::plan(const MissionInput& input, const Pose2& start) {
   if (planned_once_ && !config_.replan) return;
   unstable_.clear();
   const nav::Committed& committed = input.bus.committed;
-  const nav::FloorMap& floor = input.mapper.floor();
+  const nav::FloorMap& floor = second_look_.floor(input.mapper);
   last_plan_ = planner_.plan(floor, start, *goal_);
   ++counters_.plans;
   if (!last_plan_) {
@@ -396,11 +410,19 @@ hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const
 }
 
 MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
-  if (!walk_ && !unstable_.empty()) {
+  const bool unstable = !walk_ && !unstable_.empty();
+  if (fruitless_ == 0) held_up_ = input.now;
+  ++fruitless_;
+  if (second_look_.on() && (fruitless_ > 2 || !last_plan_ || unstable)) {
+    end_second_look(input);
+    return rest(input);
+  }
+  if (unstable) {
     give_up(unstable_);
     return rest(input);
   }
-  if (++fruitless_ > 2 * config_.attempts || (!last_plan_ && fruitless_ > 2)) {
+  if (fruitless_ > 2 * config_.attempts || (!last_plan_ && fruitless_ > 2)) {
+    if (!last_plan_ && look_again_for_a_way(input)) return rest(input);
     if (!last_plan_) {
       std::string reason = std::string("no way to the goal: ") + nav::describe(last_plan_.reason);
       if (last_plan_.nearest) reason += at("; the nearest place that can be reached is", *last_plan_.nearest);
@@ -428,6 +450,24 @@ MotionOrder Mission::held_up(const MissionInput& input, const Gate& gate) {
   return rest(input);
 }
 
+bool Mission::look_again_for_a_way(const MissionInput& input) {
+  const nav::Committed& committed = input.bus.committed;
+  const Pose2 base = nav::gait_base(committed.stance, committed.last_foot, config_.gait);
+  if (!second_look_.begin(input.mapper, base.position(), held_up_)) return false;
+  if (!planner_.plan(second_look_.floor(input.mapper), base, *goal_)) {
+    second_look_.end(input.mapper, base.position());
+    return false;
+  }
+  fruitless_ = 0;
+  return true;
+}
+
+void Mission::end_second_look(const MissionInput& input) {
+  second_look_.end(input.mapper, input.bus.committed.stance.base().position());
+  walk_.reset();
+  fruitless_ = 0;
+}
+
 MotionOrder Mission::look_ahead(const MissionInput& input) {
   if (!input.faulty) tour_.look(input.head);
   if (tour_.done()) {
@@ -436,11 +476,8 @@ MotionOrder Mission::look_ahead(const MissionInput& input) {
   }
   look_ = tour_.direction();
   if (walk_ && follows(input.bus.committed)) {
-    const std::size_t done = done_steps(input.bus.committed);
-    const Gate gate =
-        gate_.check(walk_->walk, done, input.mapper.floor(), on_floor(input.map_from_chest), input.now);
-    if (gate.open >= std::min(2 * kStepsToStart, walk_->walk.steps.size() - done))
-      state_ = MissionState::kWalk;
+    const std::size_t left = walk_->walk.steps.size() - done_steps(input.bus.committed);
+    if (check_gate(input).open >= std::min(2 * kStepsToStart, left)) state_ = MissionState::kWalk;
   }
   return rest(input);
 }
@@ -449,6 +486,7 @@ void Mission::give_up(std::string reason) {
   state_ = MissionState::kStopped;
   reason_ = std::move(reason);
   walk_.reset();
+  second_look_.forget();
   finding_place_ = false;  // it may be tried again
 }
 

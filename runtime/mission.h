@@ -16,6 +16,7 @@
 #include "runtime/links.h"
 #include "runtime/mapper.h"
 #include "runtime/refusals.h"
+#include "runtime/second_look.h"
 #include "vision/polytope.h"
 
 namespace headway::runtime {
@@ -131,6 +132,9 @@ class Mission {
   void adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed);
   bool at_goal(const nav::Committed& committed) const;
   MotionOrder held_up(const MissionInput& input, const Gate& gate);
+  Gate check_gate(const MissionInput& input) const;
+  bool look_again_for_a_way(const MissionInput& input);
+  void end_second_look(const MissionInput& input);
   void give_up(std::string reason);
   hal::HeadAngles gaze(const MissionInput& input, const Gate& gate) const;
   std::size_t done_steps(const nav::Committed& committed) const {
@@ -162,6 +166,8 @@ class Mission {
   std::optional<Time> turned_;  ///< the head was ready to turn
   Refusals refusals_;
   int fruitless_ = 0;  ///< looks without a step gained
+  Time held_up_{};     ///< since when
+  SecondLook second_look_;
   std::size_t views_taken_ = 0;
   MissionCounters counters_;
 };

@@ -298,6 +298,60 @@ TEST(Mission, GivesUpWhenThereIsNoWay) {
   EXPECT_GE(bench.mission.counters().look_arounds, 2) << "it looks again before it says so";
 }
 
+/// A wall has come across the way, and the robot is where it does not see it: it sees 2.2 m ahead, and 3.7 m
+/// when it looks around.
+struct PassingWall : Bench {
+  const Boxes wall = {box(4.2, 4.4, -3, 3, 0.6)};
+
+  PassingWall() {
+    frames(20);
+    boxes = wall;
+    frames(5);
+    eye = {-1.5, 0};
+    frames(1);
+  }
+  void go() {
+    mission.set_goal({{4.8, 0}, std::nullopt});
+    for (int i = 0; i < 900 && !mission.over(); ++i) {
+      const int left = order.walk == Walk::kPlan ? order.plan.count : 0;
+      if (left > 0) commit(1);
+      if (left <= 1 && !bus.committed.at_rest) end_session(nav::StackStop::kNone, 1);
+      eye.x() = bus.committed.stance.base().x - (mission.state() == MissionState::kLookAround ? 0 : 1.5);
+      frames(1);
+    }
+  }
+};
+
+TEST(Mission, GoesAndSeesWhetherWhatCameAcrossEveryWayHasGone) {
+  PassingWall bench;
+  bench.boxes = {};
+  bench.go();
+  EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
+}
+
+TEST(Mission, GivesUpWhereWhatCameAcrossEveryWayStillStands) {
+  PassingWall bench;
+  bench.go();
+  EXPECT_EQ(bench.mission.state(), MissionState::kStopped);
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("no way to the goal"));
+  const double reached = bench.bus.committed.stance.base().x;
+  EXPECT_GT(reached, 1.5) << "near enough to see it";
+  EXPECT_LT(reached, 3.9);
+}
+
+TEST(Mission, DoesNotGoToSeeWhetherWhatAlwaysStoodThereHasGone) {
+  Bench bench;
+  bench.boxes = {box(4.2, 4.4, -3, 3, 0.6)};
+  bench.frames(20);
+  bench.eye = {-1.5, 0};
+  bench.mission.set_goal({{4.8, 0}, std::nullopt});
+  for (int i = 0; i < 300 && !bench.mission.over(); ++i) {
+    bench.frames(1);
+    ASSERT_NE(bench.order.walk, Walk::kPlan);
+  }
+  EXPECT_THAT(bench.mission.reason(), HasSubstr("no way to the goal"));
+}
+
 TEST(Mission, GivesUpAtFloorThatCannotBeSeen) {
   Bench bench;
   bench.eye = {-2.2, 0};  // sees no farther than x = 1.5
