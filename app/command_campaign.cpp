@@ -156,7 +156,8 @@ void add_campaign(CLI::App& app, Run& run_command) {
       "Writes report.json, and world_NNN/ with all that 'headway sim' writes for each run that did not "
       "arrive.\n"
       "Exit code 0 when nothing collided or fell and 95 % arrived, else 1. With --moving, 99 % must arrive, "
-      "half of the robots must change their steps for what moved, within one frame in 99 % of the cases, "
+      "half of the robots must see something move and replan, within one frame in 99 % of the cases where it "
+      "is on their steps, "
       "everything that moved must have been in sight for the stopping time before it could be touched, and "
       "the true body must stay inside the planner's masks.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });

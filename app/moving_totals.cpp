@@ -10,7 +10,8 @@ namespace headway::app {
 void MovingTotals::add(const SimSession& session) {
   const ReactionCheck& check = session.reactions();
   ++runs_;
-  replanned_ += std::any_of(check.reactions().begin(), check.reactions().end(),
+  replanned_ += !check.sightings().empty() && session.mission().counters().replans > 0;
+  answering_ += std::any_of(check.reactions().begin(), check.reactions().end(),
                             [](const ReactionCheck::Reaction& r) { return !r.left; });
   threats_ += session.mission().counters().threats;
   outside_mask_ += session.body_mask().outside();
@@ -43,6 +44,7 @@ Json MovingTotals::report() const {
   return {
       {"replanned", replanned_},
       {"replanned_share", rounded(replanned_share(), 3)},
+      {"answering", answering_},
       {"answers", frame_periods_.size()},
       {"answered_by_stop", stops_},
       {"left_by_itself", left_},
@@ -60,11 +62,15 @@ Json MovingTotals::report() const {
 
 std::string MovingTotals::line() const {
   return fmt::format(
-      "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots "
-      "changed their steps, {} times in all ({} stops), after {:.2f} frame periods in 99 % of the cases; {} "
-      "more times a thing left the steps before; {} threats; true body outside its mask {} times",
-      warnings_.size(), late_, kStopping, replanned_, runs_, frame_periods_.size(), stops_, latency(0.99),
-      left_, threats_, outside_mask_);
+      "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots that "
+      "saw "
+      "one changed their steps; {} had one on their steps, which they changed {} times in all ({} stops), "
+      "after "
+      "{:.2f} frame periods in 99 % of the cases; {} more times it left before; {} threats; true body "
+      "outside "
+      "its mask {} times",
+      warnings_.size(), late_, kStopping, replanned_, runs_, answering_, frame_periods_.size(), stops_,
+      latency(0.99), left_, threats_, outside_mask_);
 }
 
 bool MovingTotals::good() const {

@@ -24,7 +24,7 @@ class MovingTotals {
   double replanned_share() const;
   double latency(double share) const;
 
-  int runs_ = 0, replanned_ = 0, threats_ = 0, late_ = 0, stops_ = 0, left_ = 0;
+  int runs_ = 0, replanned_ = 0, answering_ = 0, threats_ = 0, late_ = 0, stops_ = 0, left_ = 0;
   std::uint64_t outside_mask_ = 0;
   double farthest_ = 0;                ///< [m]
   std::vector<double> warnings_;       ///< [s]

@@ -39,11 +39,14 @@ struct Worlds {
     }
     EXPECT_EQ(totals.report()["seen_late"], 0) << totals.line();
     EXPECT_GE(totals.report()["replanned_share"], 0.5) << totals.line();
+    EXPECT_GE(totals.report()["answering"].get<double>(), 0.3 * static_cast<double>(last - first + 1))
+        << totals.line();
+    EXPECT_LE(totals.report()["frame_periods_p99"], 1) << totals.line();
   }
 };
 
 TEST(MovingCampaign, WalksAroundWhatComesOntoTheWay) {
-  const Worlds worlds(1001, 1002);
+  const Worlds worlds(1009, 1010);
   EXPECT_EQ(worlds.arrived, 2);
   EXPECT_EQ(worlds.totals.report()["outside_mask"], 0) << worlds.totals.line();
 }
@@ -56,7 +59,7 @@ TEST(ReactionCheckSlow, FindsTheAnswersOfASlowRobot) {
   const auto slowest = [](double plan_seconds) {
     Robot robot = hrp2();
     robot.simulation.charge.plan = seconds(plan_seconds);
-    SimSession session(robot, moving_box(), range_mode());
+    SimSession session(robot, sim::random_moving_world(1009), range_mode(1009));
     session.run();
     double periods = 0;
     for (const ReactionCheck::Reaction& r : session.reactions().reactions())
