@@ -253,9 +253,9 @@ TEST(Planner, TellsWhyThereIsNoPath) {
 /// Sixteen bits hold no more than 65 cells of a thousand ticks.
 TEST(Planner, CountsInCoarserTicksWhereAWalkIsTooLongForFineOnes) {
   const FloorMap map = room();
-  const Vector2d from = at(map, 1.525, 3.525), to = at(map, 6.525, 3.525);
+  const Vector2d from = at(map, 1.525, 3.525);
   const Pose2 start{from.x(), from.y(), 0};
-  const Goal goal{to, 0.0, 0.1};
+  const Goal goal{at(map, 6.525, 3.525), 0.0, 0.1};
   PlannerConfig config;
   Planner usual(config, {}, {}, map.grid);
   config.ticks_per_cell = 1000;
@@ -270,9 +270,7 @@ TEST(Planner, CountsInCoarserTicksWhereAWalkIsTooLongForFineOnes) {
 TEST(Planner, SaysWhenAWalkIsLongerThanAnyTicksCount) {
   FloorMap map = free_floor(720, 30, 0.05);
   std::ranges::fill(map.cells, Floor::kUnseen);
-  PlannerConfig config;
-  config.ticks_per_cell = 2;  // the coarsest, one, does not help: 65535 / 101 is 648 cells
-  config.unseen_price = 100;
+  const PlannerConfig config{.unseen_price = 100, .ticks_per_cell = 2};  // with 1, 65535 / 101 is 648 cells
   Planner planner(config, {}, {}, map.grid);
   const Vector2d from = at(map, 1.025, 0.725);
   const Pose2 start{from.x(), from.y(), 0};
