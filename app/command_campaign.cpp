@@ -157,8 +157,8 @@ void add_campaign(CLI::App& app, Run& run_command) {
       "arrive.\n"
       "Exit code 0 when nothing collided or fell and 95 % arrived, else 1. With --moving, 99 % must arrive, "
       "half of the robots must see something move and replan, within one frame in 99 % of the cases where it "
-      "is on their steps, "
-      "everything that moved must have been in sight for the stopping time before it could be touched, and "
+      "is on their steps, everything that moved must have been in sight for the stopping time before it "
+      "could be touched, and "
       "the true body must stay inside the planner's masks.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }

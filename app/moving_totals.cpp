@@ -62,10 +62,8 @@ Json MovingTotals::report() const {
 
 std::string MovingTotals::line() const {
   return fmt::format(
-      "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots that "
-      "saw "
-      "one changed their steps; {} had one on their steps, which they changed {} times in all ({} stops), "
-      "after "
+      "moving things: {} seen, {} of them less than {} s before they could be touched; {} of {} robots saw "
+      "one and replanned; {} had one on their steps, which they changed {} times in all ({} stops), after "
       "{:.2f} frame periods in 99 % of the cases; {} more times it left before; {} threats; true body "
       "outside "
       "its mask {} times",
