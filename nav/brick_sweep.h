@@ -47,7 +47,7 @@ struct Sweep {
   const DepthBounds* bounds;
   const SampleClasses* classes;
   VoxelMarks* marks;
-  LogOdds least_hit;
+  LogOdds least_hit, least_before_hit;
   bool wide;  // some hits are less than least_hit
   Time stamp;
 };

@@ -174,7 +174,7 @@ class BrickSweep {
     tell(at, cube, {0, ~std::uint64_t{0}});
     if (emptied >> cube & 1) return;
     BrickChange of_cube;
-    empty_cube(values + kCubeVoxels * cube, of_cube);
+    empty_cube(s_, values + kCubeVoxels * cube, of_cube);
     // What a miss leaves as it is, the next one will, too.
     if (!of_cube.changed) emptied |= static_cast<std::uint8_t>(1U << cube);
     change.add(of_cube);
@@ -184,7 +184,7 @@ class BrickSweep {
                             std::uint8_t& emptied, BrickChange& change) {
     const std::uint64_t marks = s_.marks->word(number, cube);
     if (marks == 0) return;
-    hit_marked(values + kCubeVoxels * cube, marks, s_.least_hit, change);
+    hit_marked(s_, values + kCubeVoxels * cube, marks, change);
     emptied &= static_cast<std::uint8_t>(~(1U << cube));
     tell(at, cube, {marks, 0});
   }
@@ -326,6 +326,7 @@ void update_bricks(const SeenSpace& seen, Time stamp, VoxelMap& map, Integration
   s.classes = &seen.classes;
   s.marks = &seen.marks;
   s.least_hit = seen.least_hit;
+  s.least_before_hit = seen.least_before_hit;
   s.wide = log_odds::kHit - seen.classes.short_of_hit[samples.widest()] < seen.least_hit;
   s.stamp = stamp;
   bound(s, samples, map, seen.map_from_camera);

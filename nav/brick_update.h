@@ -16,8 +16,9 @@ namespace headway::nav {
 struct SeenSpace {
   const RangeSamples& samples;
   const SampleClasses& classes;
-  VoxelMarks& marks;  ///< used up
-  LogOdds least_hit;  ///< for a voxel that holds a measured point, however wide sigma is
+  VoxelMarks& marks;         ///< used up
+  LogOdds least_hit;         ///< for a voxel that holds a measured point, however wide sigma is
+  LogOdds least_before_hit;  ///< what a hit leaves of an older past before it counts
   Eigen::Isometry3d map_from_camera;
 };
 

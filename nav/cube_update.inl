@@ -30,9 +30,6 @@ using V = hn::Vec<D>;
 using VI = hn::Vec<decltype(di)>;
 using VU = hn::Vec<decltype(du)>;
 
-/// What a hit leaves of an older past before it counts: half a hit makes any voxel occupied.
-constexpr LogOdds kLeastBeforeHit = -(log_odds::kHit / 2 + 1);
-
 HWY_INLINE V set(float value) { return hn::Set(d, value); }
 
 struct Lookup {
@@ -137,12 +134,12 @@ HWY_INLINE int evidence(const Sweep& s, int depth, SampleWord word) {
   return s.wide && own ? std::max<int>(hit, s.least_hit) : hit;
 }
 
-HWY_INLINE void add(LogOdds& value, int evidence, BrickChange& change) {
+HWY_INLINE void add(const Sweep& s, LogOdds& value, int evidence, BrickChange& change) {
   if (evidence == 0) return;
   const LogOdds old = value;
   const int known = old == log_odds::kUnseen ? 0 : old;
-  const int before =
-      evidence < 0 ? std::min<int>(known, log_odds::kMostBeforeMiss) : std::max<int>(known, kLeastBeforeHit);
+  const int before = evidence < 0 ? std::min<int>(known, log_odds::kMostBeforeMiss)
+                                  : std::max<int>(known, s.least_before_hit);
   const int sum = before + evidence;
   value = static_cast<LogOdds>(std::clamp<int>(sum, log_odds::kLowest, log_odds::kHighest));
   if (value == old) return;
@@ -151,12 +148,12 @@ HWY_INLINE void add(LogOdds& value, int evidence, BrickChange& change) {
   change.occupied += (value >= log_odds::kOccupied) - (old >= log_odds::kOccupied);
 }
 
-HWY_INLINE void empty_cube(LogOdds* values, BrickChange& change) {
-  for (int i = 0; i < kCubeVoxels; ++i) add(values[i], log_odds::kMiss, change);
+HWY_INLINE void empty_cube(const Sweep& s, LogOdds* values, BrickChange& change) {
+  for (int i = 0; i < kCubeVoxels; ++i) add(s, values[i], log_odds::kMiss, change);
 }
 
-HWY_INLINE void hit_marked(LogOdds* values, std::uint64_t marks, LogOdds hit, BrickChange& change) {
-  for (; marks != 0; marks &= marks - 1) add(values[std::countr_zero(marks)], hit, change);
+HWY_INLINE void hit_marked(const Sweep& s, LogOdds* values, std::uint64_t marks, BrickChange& change) {
+  for (; marks != 0; marks &= marks - 1) add(s, values[std::countr_zero(marks)], s.least_hit, change);
 }
 
 template <bool kInside>
@@ -171,7 +168,7 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
     if (marks >> i & 1) e = std::max<int>(e, s.least_hit);
     bits.hits |= static_cast<std::uint64_t>(e > 0) << i;
     bits.misses |= static_cast<std::uint64_t>(e < 0) << i;
-    add(values[i], e, change);
+    add(s, values[i], e, change);
   }
   return bits;
 }
@@ -182,7 +179,7 @@ HWY_INLINE CubeBits empty_seen(const Sweep& s, const VoxelOffsets& offsets, cons
   for (int i = 0; i < kCubeVoxels; ++i) {
     if (hn::AllFalse(d, seen_of(s, project(s, offsets, first, kRows * (i & 3) + (i >> 2))).whole)) continue;
     bits.misses |= std::uint64_t{1} << i;
-    add(values[i], log_odds::kMiss, change);
+    add(s, values[i], log_odds::kMiss, change);
   }
   return bits;
 }
@@ -264,14 +261,14 @@ HWY_INLINE V16 evidence(const Sweep& s, const Lookup& a, const Lookup& b) {
 }
 
 /// Adds evidence to a vector of values.
-HWY_INLINE void add(LogOdds* values, V8 evidence, BrickChange& change) {
+HWY_INLINE void add(const Sweep& s, LogOdds* values, V8 evidence, BrickChange& change) {
   const V8 unseen_value = set8(log_odds::kUnseen), zero = hn::Zero(d8);
   const V8 old = hn::LoadU(d8, values);
   const auto was_unseen = hn::Eq(old, unseen_value);
   const auto none = hn::Eq(evidence, zero);
   const V8 known = hn::IfThenZeroElse(was_unseen, old);
   const V8 before_miss = hn::Min(known, set8(log_odds::kMostBeforeMiss)),
-           before_hit = hn::Max(known, set8(kLeastBeforeHit));
+           before_hit = hn::Max(known, set8(s.least_before_hit));
   V8 sum = hn::SaturatedAdd(hn::IfThenElse(hn::Lt(evidence, zero), before_miss, before_hit), evidence);
   sum = hn::Max(hn::Min(sum, set8(log_odds::kHighest)), set8(log_odds::kLowest));
   sum = hn::IfThenElse(none, old, sum);
@@ -284,13 +281,13 @@ HWY_INLINE void add(LogOdds* values, V8 evidence, BrickChange& change) {
                      static_cast<int>(hn::CountTrue(d8, hn::Gt(old, just_empty)));
 }
 
-HWY_INLINE void hit_marked(LogOdds* values, std::uint64_t marks, LogOdds hit, BrickChange& change) {
+HWY_INLINE void hit_marked(const Sweep& s, LogOdds* values, std::uint64_t marks, BrickChange& change) {
   for (int i = 0; i < kCubeVoxels; i += kGroup)
-    add(values + i, hn::IfThenElseZero(mask_of(marks >> i), set8(hit)), change);
+    add(s, values + i, hn::IfThenElseZero(mask_of(marks >> i), set8(s.least_hit)), change);
 }
 
-HWY_INLINE void empty_cube(LogOdds* values, BrickChange& change) {
-  for (int i = 0; i < kCubeVoxels; i += kGroup) add(values + i, set8(log_odds::kMiss), change);
+HWY_INLINE void empty_cube(const Sweep& s, LogOdds* values, BrickChange& change) {
+  for (int i = 0; i < kCubeVoxels; i += kGroup) add(s, values + i, set8(log_odds::kMiss), change);
 }
 
 template <bool kInside>
@@ -310,7 +307,7 @@ HWY_INLINE CubeBits see_cube(const Sweep& s, const VoxelOffsets& offsets, const 
     }
     bits.hits |= bits_of(hn::Gt(e, hn::Zero(d8))) << i;
     bits.misses |= bits_of(hn::Lt(e, hn::Zero(d8))) << i;
-    add(values + i, e, change);
+    add(s, values + i, e, change);
   }
   return bits;
 }
@@ -326,7 +323,7 @@ HWY_INLINE CubeBits empty_seen(const Sweep& s, const VoxelOffsets& offsets, cons
     const V16 even = deal(whole(0), whole(2)), odd = deal(whole(1), whole(3));
     const V8 seen = hn::OddEven(hn::BitCast(d8, odd), hn::BitCast(d8, even));
     bits.misses |= bits_of(hn::Lt(seen, hn::Zero(d8))) << i;
-    add(values + i, hn::And(seen, set8(log_odds::kMiss)), change);
+    add(s, values + i, hn::And(seen, set8(log_odds::kMiss)), change);
   }
   return bits;
 }

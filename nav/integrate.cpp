@@ -9,6 +9,12 @@
 #include "nav/voxel_marks.h"
 
 namespace headway::nav {
+namespace {
+
+constexpr LogOdds kSureHit = log_odds::kHit - 1;  // sigma is less than a fifth of half a voxel
+
+}  // namespace
+
 void IntegrationConfig::validate() const {
   const auto check = [](const char* name, double value, double lowest, double highest) {
     if (value >= lowest && value <= highest) return;
@@ -68,7 +74,10 @@ IntegrationStats Integrator::integrate(VoxelMap& map, const vision::RangeView& v
   stats.rejected = s.samples.rejected();
   if (stats.samples == 0) return stats;
   const auto least_hit = static_cast<LogOdds>(std::lround(config_.least_hit * log_odds::kHit));
-  update_bricks({s.samples, s.classes, s.marks, least_hit, map_from_camera}, stamp, map, stats);
+  const LogOdds turning_hit = view.weight.empty() ? least_hit : kSureHit;
+  const auto least_before_hit = static_cast<LogOdds>(log_odds::kOccupied - turning_hit);
+  update_bricks({s.samples, s.classes, s.marks, least_hit, least_before_hit, map_from_camera}, stamp, map,
+                stats);
   return stats;
 }
 

@@ -8,7 +8,8 @@
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
 // voxel occupied. Three views in a row that see a voxel empty undo whatever was known: a miss (-8) leaves
 // little of an older past, so that what has gone does not linger, and one wrong view empties no wall. So does
-// a hit: half a one makes any voxel occupied, and what comes is there at once.
+// a hit, and what comes is there at once: the least hit makes any voxel occupied. In a view with inlier
+// weights, whose matches may be wrong, it takes a sure one, or two views.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -288,6 +288,25 @@ TEST(Integrate, ShowsWhatComesInTheFirstViewHoweverOftenItsPlaceWasSeenEmpty) {
   }
 }
 
+TEST(Integrate, TakesTwoWideLooksForWhatComesWhereMatchesMayBeWrong) {
+  const auto views_until_seen = [](double sigma) {
+    VoxelMap map = room_map();
+    Integrator integrator;
+    const WallView without(2.5, sigma);
+    for (int frame = 0; frame < 20; ++frame)
+      integrator.integrate(map, without.view, without.pose, at_seconds(frame));
+    WallView with_box(2.5, sigma);
+    with_box.put(60, 80, 110, 160, 1.52F);
+    with_box.view.weight.assign(with_box.view.depth.size(), 1);
+    int views = 0;
+    for (; views < 10 && map.at_point({1.525, 0.025, 1.025}) != Voxel::kOccupied; ++views)
+      integrator.integrate(map, with_box.view, with_box.pose, at_seconds(20 + views));
+    return views;
+  };
+  EXPECT_EQ(views_until_seen(0.002), 1);
+  EXPECT_EQ(views_until_seen(0.1), 2);
+}
+
 TEST(Integrate, ForgetsAGhostSeenOnceWithinThreeViews) {
   VoxelMap map = room_map();
   WallView ghost(2.5);
