@@ -26,12 +26,13 @@ constexpr double kNarrowing = 0.25;  // of the believed covariance with each ste
 /// A patch and the plane that it meets.
 struct Match {
   std::size_t plane;
-  double residual;      ///< along the plane's normal [m]
-  Eigen::Vector3d row;  ///< its change with x, y [1], yaw [m]
-  double arm2;          ///< squared distance from the robot [m^2]
-  double tilt2;         ///< variance of the plane's normal [rad^2]
-  double doubt;         ///< of the place of its surroundings [m^2]
-  double variance;      ///< of the residual [m^2]
+  double residual;          ///< along the plane's normal [m]
+  Eigen::Vector3d row;      ///< its change with x, y [1], yaw [m]
+  double arm2;              ///< squared distance from the robot [m^2]
+  double tilt2;             ///< variance of the plane's normal [rad^2]
+  Eigen::Vector3d feigned;  ///< what the normal's errors add to residual * row on average: they are in both
+  double doubt;             ///< of the place of its surroundings [m^2]
+  double variance;          ///< of the residual [m^2]
 };
 
 /// The normal equations of a step.
@@ -42,7 +43,7 @@ struct Equations {
 
   void add(const Match& m, double w) {
     matrix += w * m.row * m.row.transpose();
-    right -= w * m.residual * m.row;
+    right -= w * (m.residual * m.row - m.feigned);
     weight += w;
     arm2 += w * m.arm2;
     tilt2 += w * m.tilt2;
@@ -164,6 +165,7 @@ struct Localiser::Scratch {
   std::vector<Match> matches;
   std::vector<double> sizes;
 
+  static constexpr std::size_t kNone = ~std::size_t{0};
   std::size_t plane_at(const VoxelMap& map, const SurfacePoints& surfaces, const VoxelMap::Index& voxel,
                        double steepest);
   void match(const VoxelMap& map, const SurfacePoints& surfaces, std::span<const Patch> patches,
@@ -175,21 +177,31 @@ struct Localiser::Scratch {
   std::size_t agreeing(double gate) const;
 };
 
-/// The plane around a voxel, looked up once for each view; those that are not steep are none.
+/// The plane of a voxel's block, or around it where its block has none. Looked up once for each view; those
+/// that are not steep are none.
 std::size_t Localiser::Scratch::plane_at(const VoxelMap& map, const SurfacePoints& surfaces,
                                          const VoxelMap::Index& voxel, double steepest) {
+  constexpr std::uint64_t kOfBlock = std::uint64_t{1} << 63;
   const VoxelMap::Index n = map.size();
-  const auto key = (static_cast<std::uint64_t>(voxel.z()) * static_cast<std::uint64_t>(n.y()) +
-                    static_cast<std::uint64_t>(voxel.y())) *
-                       static_cast<std::uint64_t>(n.x()) +
-                   static_cast<std::uint64_t>(voxel.x());
-  const auto [place, fresh] = plane_of.try_emplace(key, planes.size());
-  if (fresh) {
-    planes.push_back({surfaces.plane(voxel, map)});
-    auto& surface = planes.back().surface;
-    if (surface && std::abs(surface->normal.z()) > steepest) surface.reset();
-  }
-  return place->second;
+  const auto key = [&](const VoxelMap::Index& i) {
+    return (static_cast<std::uint64_t>(i.z()) * static_cast<std::uint64_t>(n.y()) +
+            static_cast<std::uint64_t>(i.y())) *
+               static_cast<std::uint64_t>(n.x()) +
+           static_cast<std::uint64_t>(i.x());
+  };
+  const auto look_up = [&](std::uint64_t where, const auto& plane) {
+    const auto [place, fresh] = plane_of.try_emplace(where, planes.size());
+    if (fresh) planes.push_back({plane()});
+    return place->second;
+  };
+  const VoxelMap::Index block = SurfacePoints::block_of(voxel + map.first_key()),
+                        first = SurfacePoints::block_of(map.first_key());
+  const std::size_t of_block =
+      look_up(kOfBlock | key(block - first), [&] { return surfaces.block_plane(block, map); });
+  const std::size_t found =
+      planes[of_block].surface ? of_block : look_up(key(voxel), [&] { return surfaces.plane(voxel, map); });
+  const auto& surface = planes[found].surface;
+  return surface && std::abs(surface->normal.z()) <= steepest ? found : kNone;
 }
 
 void Localiser::Scratch::match(const VoxelMap& map, const SurfacePoints& surfaces,
@@ -203,7 +215,7 @@ void Localiser::Scratch::match(const VoxelMap& map, const SurfacePoints& surface
     const VoxelMap::Index voxel = map.index(point);
     if (!map.contains(voxel)) continue;
     const std::size_t index = plane_at(map, surfaces, voxel, config.steepest);
-    if (!planes[index].surface) continue;
+    if (index == kNone) continue;
     const SurfacePlane& plane = *planes[index].surface;
     const double along = plane.normal.dot(ray);
     if (std::abs(along) < kGrazing * ray.norm()) continue;
@@ -211,6 +223,7 @@ void Localiser::Scratch::match(const VoxelMap& map, const SurfacePoints& surface
     const double residual = plane.normal.dot(off);
     const Eigen::Vector3d arm(-(point.y() - about.y()), point.x() - about.x(), 0);
     const double tilt2 = plane.tilt_sigma * plane.tilt_sigma;
+    const Eigen::Vector3d along_plane = off - residual * plane.normal;
     ++planes[index].patches;
     matches.push_back(
         {index,
@@ -218,6 +231,7 @@ void Localiser::Scratch::match(const VoxelMap& map, const SurfacePoints& surface
          {plane.normal.x(), plane.normal.y(), plane.normal.dot(arm)},
          arm.squaredNorm(),
          tilt2,
+         tilt2 * Eigen::Vector3d(along_plane.x(), along_plane.y(), along_plane.dot(arm)),
          plane.doubt,
          patch.sigma * patch.sigma * along * along + tilt2 * (off.squaredNorm() - residual * residual)});
   }

@@ -9,15 +9,19 @@
 namespace headway::nav {
 namespace {
 
+using Eigen::Matrix3d, Eigen::Vector3d;
+
 constexpr double kEnough = 1 / (0.001 * 0.001);  // weight at which a voxel's mean comes to rest [1/m^2]
 constexpr double kMostOfOne = kEnough / 16;      // no single point decides
 constexpr LogOdds kSurelyEmpty = log_odds::kLowest / 2;
-constexpr float kFewest = 6;       // points of a plane
-constexpr double kFlat = 0.1;      // standard deviation across a plane beyond noise, in voxels
-constexpr double kWide = 0.3;      // and along it
-constexpr double kNoisy = 1.5;     // noise may be so much more than its variance
-constexpr double kMostTilt = 0.1;  // of a normal that says anything [rad]
-constexpr double kNeighbours = 9;  // voxels on a plane that share the points of one
+constexpr float kFewest = 6;   // points of a plane
+constexpr double kFlat = 0.1;  // standard deviation across a plane beyond noise, in voxels
+constexpr double kWide = 0.3;  // and along it
+constexpr float kFewestOfBlock = 12;
+constexpr double kWideOfBlock = 0.12;  // in edges of the block
+constexpr double kNoisy = 1.5;         // noise may be so much more than its variance
+constexpr double kMostTilt = 0.1;      // of a normal that says anything [rad]
+constexpr double kNeighbours = 9;      // voxels on a plane that share the points of one
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
 constexpr int kKeyBits = 21;  // of each coordinate
 constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
@@ -45,6 +49,45 @@ bool possible(const SurfaceVoxel& v, double resolution) {
 }
 
 }  // namespace
+
+/// Sums over the points of several voxels, each seen from the middle of the first.
+struct SurfacePoints::Sums {
+  double weight = 0, doubt = 0;
+  float count = 0;
+  Vector3d first = Vector3d::Zero();
+  Matrix3d second = Matrix3d::Zero();
+
+  void add(const SurfaceVoxel& voxel, const Vector3d& middle) {
+    const auto w = static_cast<double>(voxel.weight);
+    const Vector3d s = Eigen::Map<const Eigen::Vector3f>(voxel.first.data()).cast<double>();
+    const auto c = [&](std::size_t i) { return static_cast<double>(voxel.second[i]); };
+    Matrix3d spread;
+    spread << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+    weight += w;
+    doubt += w * static_cast<double>(voxel.doubt);
+    count += voxel.count;
+    first += s + w * middle;
+    second += spread + s * middle.transpose() + middle * s.transpose() + w * middle * middle.transpose();
+  }
+
+  /// The plane that the points lie on, as far as their noise and what the views' poses were off allow. `flat`
+  /// and `wide`: standard deviations across it beyond that, at most, and along it, at least [m].
+  std::optional<SurfacePlane> plane(const Vector3d& origin, double flat, double wide) const {
+    const Vector3d mean = first / weight;
+    Eigen::SelfAdjointEigenSolver<Matrix3d> axes;
+    axes.computeDirect(second / weight - mean * mean.transpose());
+    const Vector3d spread = axes.eigenvalues();
+    const auto points = static_cast<double>(count);
+    const double noise = points / weight, off = doubt / weight;  // variances of one point
+    if (spread[0] > flat * flat + kNoisy * noise + off || spread[1] < wide * wide + noise)
+      return std::nullopt;
+    // Of an eigenvector, by perturbation of the first order.
+    const double across = std::max(noise, spread[0]);
+    const double tilt = std::sqrt(across * spread[1] / points) / std::max(spread[1] - across, 1e-12);
+    if (tilt > kMostTilt) return std::nullopt;
+    return SurfacePlane{origin + mean, axes.eigenvectors().col(0), 1 / std::sqrt(weight), tilt, off};
+  }
+};
 
 SurfacePoints::SurfacePoints(double resolution, std::size_t most_voxels)
     : resolution_(resolution), most_(std::bit_ceil(most_voxels)), cells_(std::min(kFirstSize, 2 * most_)) {}
@@ -163,47 +206,42 @@ void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d&
   }
 }
 
+/// Over the points of edge^3 voxels from `first` on.
+SurfacePoints::Sums SurfacePoints::sums_of(const VoxelMap::Index& first, int edge) const {
+  Sums sums;
+  for (int z = 0; z < edge; ++z)
+    for (int y = 0; y < edge; ++y)
+      for (int x = 0; x < edge; ++x)
+        if (const Cell* cell = find(key_of(first + VoxelMap::Index(x, y, z)));
+            cell != nullptr && cell->count > 0)
+          sums.add(*cell, resolution_ * Vector3d(x, y, z));
+  return sums;
+}
+
 std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, const VoxelMap& map) const {
-  const VoxelMap::Index absolute = voxel + map.first_key();
-  double weight = 0, doubt = 0;
-  float count = 0;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        const Cell* cell = find(key_of(absolute + VoxelMap::Index(x, y, z)));
-        if (cell == nullptr || cell->count == 0) continue;
-        const Eigen::Vector3d from_here = resolution_ * Eigen::Vector3d(x, y, z);
-        const double w = static_cast<double>(cell->weight);
-        const Eigen::Vector3d s(static_cast<double>(cell->first[0]), static_cast<double>(cell->first[1]),
-                                static_cast<double>(cell->first[2]));
-        const auto c = [&](std::size_t i) { return static_cast<double>(cell->second[i]); };
-        Eigen::Matrix3d spread;
-        spread << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-        weight += w;
-        doubt += w * static_cast<double>(cell->doubt);
-        count += cell->count;
-        first += s + w * from_here;
-        second += spread + s * from_here.transpose() + from_here * s.transpose() +
-                  w * from_here * from_here.transpose();
-      }
-    }
-  }
-  if (count < kFewest) return std::nullopt;
-  const Eigen::Vector3d mean = first / weight;
-  const Eigen::Vector3d point = map.centre(voxel) + mean;
-  if (map.at_point(point) != Voxel::kOccupied) return std::nullopt;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
-  axes.computeDirect(second / weight - mean * mean.transpose());
-  const Eigen::Vector3d spread = axes.eigenvalues();
-  const double noise = static_cast<double>(count) / weight;  // variance of one point
-  const double flat = kFlat * resolution_, wide = kWide * resolution_;
-  if (spread[0] > flat * flat + kNoisy * noise || spread[1] < wide * wide + noise) return std::nullopt;
-  const double tilt = std::sqrt(std::max(noise, spread[0]) / (static_cast<double>(count) * spread[1]));
-  if (tilt > kMostTilt) return std::nullopt;
-  return SurfacePlane{point, axes.eigenvectors().col(0), std::sqrt(kNeighbours / weight), tilt,
-                      doubt / weight};
+  const Sums sums = sums_of(voxel + map.first_key() - VoxelMap::Index::Ones(), 3);
+  if (sums.count < kFewest) return std::nullopt;
+  auto plane =
+      sums.plane(map.centre(voxel - VoxelMap::Index::Ones()), kFlat * resolution_, kWide * resolution_);
+  if (!plane || map.at_point(plane->point) != Voxel::kOccupied) return std::nullopt;
+  plane->sigma *= std::sqrt(kNeighbours);
+  return plane;
+}
+
+std::optional<SurfacePlane> SurfacePoints::block_plane(const VoxelMap::Index& block,
+                                                       const VoxelMap& map) const {
+  const VoxelMap::Index first = kBlock * block;
+  const Sums sums = sums_of(first, kBlock);
+  if (sums.count < kFewestOfBlock) return std::nullopt;
+  const auto plane = sums.plane(map.centre(first - map.first_key()), kFlat * resolution_,
+                                kWideOfBlock * kBlock * resolution_);
+  if (!plane) return std::nullopt;
+  const VoxelMap::Index middle = map.index(plane->point);
+  for (int z = -1; z <= 1; ++z)
+    for (int y = -1; y <= 1; ++y)
+      for (int x = -1; x <= 1; ++x)
+        if (map.at(middle + VoxelMap::Index(x, y, z)) == Voxel::kOccupied) return plane;
+  return std::nullopt;
 }
 
 }  // namespace headway::nav

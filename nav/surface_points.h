@@ -60,6 +60,17 @@ class SurfacePoints {
   /// around are too few or not flat, or where the map says that their mean is not occupied (any more).
   std::optional<SurfacePlane> plane(const VoxelMap::Index& voxel, const VoxelMap& map) const;
 
+  static constexpr int kBlock = 4;  ///< voxels along an edge
+  /// Which block a voxel lies in, by its absolute index (VoxelMap::first_key).
+  static VoxelMap::Index block_of(const VoxelMap::Index& absolute) {
+    static_assert(kBlock == 1 << 2);
+    return {absolute.x() >> 2, absolute.y() >> 2, absolute.z() >> 2};
+  }
+  /// The plane of all points in a block. Its normal is known far better than those of the voxels in it, where
+  /// noise is not small beside what they span. Nothing where they are too few or not flat, or where the map
+  /// says that nothing is left beside their mean.
+  std::optional<SurfacePlane> block_plane(const VoxelMap::Index& block, const VoxelMap& map) const;
+
   std::size_t voxels() const { return used_; }  ///< known
   std::size_t bytes() const { return cells_.size() * sizeof(Cell); }
 
@@ -76,6 +87,8 @@ class SurfacePoints {
     void add(const Eigen::Vector3f& d, float w);
   };
 
+  struct Sums;
+  Sums sums_of(const VoxelMap::Index& first, int edge) const;
   bool admit(const VoxelMap::Index& absolute, float pose);
   static std::uint64_t key_of(const VoxelMap::Index& absolute);
   std::size_t place(std::uint64_t key) const;

@@ -132,6 +132,32 @@ TEST(Localiser, RefusesToMoveAlongASingleWall) {
   }
 }
 
+// Far off, noise is as large as what the voxels of a wall span, and their normals point anywhere. Beyond the
+// end of what is known the patches lie to one side of those planes, so such normals all pull the same way.
+TEST(Localiser, IsNotTurnedWhereTheKnownPartOfAFarWallEnds) {
+  SyntheticRoom room = open_place();
+  room.walls.highest.x() = 3.52;
+  for (const double side : {-1.0, 1.0}) {
+    Vector3d sum = Vector3d::Zero();
+    int aligned = 0;
+    for (std::uint64_t r = 0; r < 8; ++r) {
+      KnownRoom known(room);
+      for (std::uint64_t view = 0; view < 4; ++view)
+        known.learn(camera_pose(kEye, 0.25 * side, 0.1), 100 * r + view);
+      for (std::uint64_t view = 0; view < 5; ++view) {
+        const Alignment a =
+            known.align(camera_pose(kEye, -0.15 * side, 0.1), Vector3d::Zero(), 100 * r + 50 + view, kSigma);
+        if (!a) continue;
+        sum += a.change;
+        ++aligned;
+      }
+    }
+    EXPECT_GE(aligned, 30);
+    EXPECT_NEAR(sum.z() / aligned, 0, LocaliseConfig{}.turn_sigma) << side;
+    EXPECT_NEAR(sum.x() / aligned, 0, 0.002) << side;
+  }
+}
+
 TEST(Localiser, RefusesToMoveAlongACorridor) {
   SyntheticRoom room = open_place();
   room.walls.lowest.y() = -0.83;

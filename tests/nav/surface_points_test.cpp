@@ -33,6 +33,42 @@ TEST(SurfacePoints, KnowAWallToAFractionOfAVoxelWhereverItStands) {
   }
 }
 
+TEST(SurfacePoints, KnowTheNormalsOfBlocksBetterThanThoseOfVoxels) {
+  double of_blocks = 0, of_voxels = 0, in_sigmas = 0;
+  int blocks = 0, voxels = 0;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    KnownRoom known(wall_at(3.3 + 0.02 * static_cast<double>(i)));
+    for (std::uint64_t view = 0; view < 3; ++view) known.learn(camera_pose(kEye, 0, 0.1), 10 * i + view);
+    for (double y = -0.5; y < 0.5; y += 0.2) {
+      const VoxelMap::Index at = known.map.index({known.room.walls.highest.x() - 1e-9, y, 1.2});
+      const auto off = [](const SurfacePlane& plane) { return std::acos(std::abs(plane.normal.x())); };
+      if (const auto plane = known.surfaces.plane(at, known.map)) {
+        of_voxels += off(*plane) * off(*plane);
+        ++voxels;
+      }
+      const auto plane =
+          known.surfaces.block_plane(SurfacePoints::block_of(at + known.map.first_key()), known.map);
+      if (!plane) continue;
+      of_blocks += off(*plane) * off(*plane);
+      in_sigmas += off(*plane) * off(*plane) / (2 * plane->tilt_sigma * plane->tilt_sigma);
+      ++blocks;
+    }
+  }
+  ASSERT_GE(blocks, 40);
+  ASSERT_GE(voxels, 5);
+  EXPECT_LT(std::sqrt(of_blocks / blocks), 0.6 * std::sqrt(of_voxels / voxels));
+  EXPECT_LT(std::sqrt(in_sigmas / blocks), 1.5) << "or it is surer than it can be";
+}
+
+TEST(SurfacePoints, TakeNoBlockForAPlaneThatHoldsAnEdge) {
+  KnownRoom known(SyntheticRoom::furnished());
+  known.look_around(kEye, 0);
+  const Vector3d& low = known.room.walls.lowest;
+  const VoxelMap::Index corner = known.map.index({low.x() + 1e-9, low.y() + 1e-9, 1.2});
+  EXPECT_FALSE(
+      known.surfaces.block_plane(SurfacePoints::block_of(corner + known.map.first_key()), known.map));
+}
+
 TEST(SurfacePoints, SayNothingAtEdgesAndInTheAir) {
   KnownRoom known(SyntheticRoom::furnished());
   known.look_around(kEye, 0);
