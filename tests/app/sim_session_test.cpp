@@ -1,5 +1,6 @@
 #include "app/sim_session.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -113,13 +114,17 @@ TEST(SimSession, WalksNowhereAndSpoilsNothingInAMapThatTheViewsDoNotFit) {
 }
 
 TEST(SimSession, GoesAroundABarTooLowForTheVoxels) {
-  SimSession session(hrp2(), world("bar"), range_mode());
-  const SimOutcome outcome = session.run();
-  EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
-
+  sim::World low = world("bar");
+  const auto lower = std::ranges::find(low.things, "bar", &sim::Thing::name);
+  ASSERT_NE(lower, low.things.end());
+  lower->solid = sim::Solid::box({0.2, -0.3, 0.015}, {0.08, 2.2, 0.03});
+  for (const sim::World& bar : {world("bar"), low}) {
+    const SimOutcome outcome = SimSession(hrp2(), bar, range_mode()).run();
+    EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  }
   Robot heedless = hrp2();
   heedless.mapper.raised_floor.trip_height = 0;
-  EXPECT_EQ(SimSession(heedless, world("bar"), range_mode()).run().end, "collision");
+  EXPECT_EQ(SimSession(heedless, low, range_mode()).run().end, "collision");
 }
 
 TEST(SimSession, HasNoYawErrorWhereNoYawIsWished) {
