@@ -11,7 +11,7 @@
 namespace headway::nav {
 namespace {
 
-constexpr LogOdds kSureHit = log_odds::kHit - 1;  // sigma is less than a fifth of half a voxel
+constexpr LogOdds kSureHit = log_odds::kHit - 1;  // sigma is small beside half a voxel
 
 }  // namespace
 

@@ -7,9 +7,10 @@
 // Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
 // voxel occupied. Three views in a row that see a voxel empty undo whatever was known: a miss (-8) leaves
-// little of an older past, so that what has gone does not linger, and one wrong view empties no wall. So does
-// a hit, and what comes is there at once: the least hit makes any voxel occupied. In a view with inlier
-// weights, whose matches may be wrong, it takes a sure one, or two views.
+// little of an older past, so that what has gone does not linger, and one wrong view empties no wall. A hit
+// leaves little of it too, so that what comes is there at once: the least hit makes any voxel occupied. In a
+// view with inlier weights, as matchers give them, matches may be wrong: there a voxel that was long known to
+// be empty takes a sure hit, or hits of two views in a row.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -35,7 +36,8 @@ struct IntegrationConfig {
   /// own sigma is about half a pixel's where noise is correlated as matchers correlate it; more only thickens
   /// walls.
   double hit_sigmas = 0.5;
-  /// Share of a full hit for the voxel that holds a measured point, however wide sigma is.
+  /// Share of a full hit for the voxel that holds a measured point, however wide sigma is. In a view without
+  /// inlier weights such a hit makes any voxel occupied.
   double least_hit = 0.5;
   /// Points with less inlier weight say nothing: a wrong match is off by any amount, and the robot that
   /// stands still sees the same one again and again.

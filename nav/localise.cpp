@@ -30,7 +30,7 @@ struct Match {
   Eigen::Vector3d row;      ///< its change with x, y [1], yaw [m]
   double arm2;              ///< squared distance from the robot [m^2]
   double tilt2;             ///< variance of the plane's normal [rad^2]
-  Eigen::Vector3d feigned;  ///< what the normal's errors add to residual * row on average: they are in both
+  Eigen::Vector3d feigned;  ///< what the normal's errors, being in both, add to residual * row on average
   double doubt;             ///< of the place of its surroundings [m^2]
   double variance;          ///< of the residual [m^2]
 };

@@ -15,7 +15,7 @@
 
 namespace headway::nav {
 
-/// A plane through the points around a voxel, in the map frame.
+/// A plane through the points around a voxel or in a block of voxels, in the map frame.
 struct SurfacePlane {
   Eigen::Vector3d point;   ///< the points' mean [m]
   Eigen::Vector3d normal;  ///< of length 1, to either side

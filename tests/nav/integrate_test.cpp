@@ -270,16 +270,26 @@ TEST(Integrate, FreesWhatHasGoneWithinThreeViewsAndNotAfterOne) {
   EXPECT_EQ(views, 3);
 }
 
+/// A map that was seen empty before a wall at 2.5 m, twenty times.
+VoxelMap long_empty(Integrator& integrator, double sigma) {
+  VoxelMap map = room_map();
+  const WallView wall(2.5, sigma);
+  for (int frame = 0; frame < 20; ++frame) integrator.integrate(map, wall.view, wall.pose, at_seconds(frame));
+  return map;
+}
+
+WallView box_before_wall(double sigma) {
+  WallView view(2.5, sigma);
+  view.put(60, 80, 110, 160, 1.52F);
+  return view;
+}
+
 // However wide sigma is: but then only in the voxels that hold the points themselves.
 TEST(Integrate, ShowsWhatComesInTheFirstViewHoweverOftenItsPlaceWasSeenEmpty) {
   for (const double sigma : {0.002, 0.02, 0.1}) {
-    VoxelMap map = room_map();
     Integrator integrator;
-    const WallView without(2.5, sigma);
-    for (int frame = 0; frame < 20; ++frame)
-      integrator.integrate(map, without.view, without.pose, at_seconds(frame));
-    WallView with_box(2.5, sigma);
-    with_box.put(60, 80, 110, 160, 1.52F);
+    VoxelMap map = long_empty(integrator, sigma);
+    const WallView with_box = box_before_wall(sigma);
     ASSERT_EQ(map.at_point({1.525, 0.025, 1.025}), Voxel::kEmpty);
     integrator.integrate(map, with_box.view, with_box.pose, at_seconds(20));
     EXPECT_EQ(map.at_point({1.525, 0.025, 1.025}), Voxel::kOccupied) << sigma;
@@ -290,13 +300,9 @@ TEST(Integrate, ShowsWhatComesInTheFirstViewHoweverOftenItsPlaceWasSeenEmpty) {
 
 TEST(Integrate, TakesTwoWideLooksForWhatComesWhereMatchesMayBeWrong) {
   const auto views_until_seen = [](double sigma) {
-    VoxelMap map = room_map();
     Integrator integrator;
-    const WallView without(2.5, sigma);
-    for (int frame = 0; frame < 20; ++frame)
-      integrator.integrate(map, without.view, without.pose, at_seconds(frame));
-    WallView with_box(2.5, sigma);
-    with_box.put(60, 80, 110, 160, 1.52F);
+    VoxelMap map = long_empty(integrator, sigma);
+    WallView with_box = box_before_wall(sigma);
     with_box.view.weight.assign(with_box.view.depth.size(), 1);
     int views = 0;
     for (; views < 10 && map.at_point({1.525, 0.025, 1.025}) != Voxel::kOccupied; ++views)
