@@ -29,7 +29,7 @@ struct Match {
   double residual;          ///< along the plane's normal [m]
   Eigen::Vector3d row;      ///< its change with x, y [1], yaw [m]
   double arm2;              ///< squared distance from the robot [m^2]
-  double tilt2;             ///< variance of the plane's normal [rad^2]
+  double tilt2;             ///< variance of the plane's normal within the floor plane [rad^2]
   Eigen::Vector3d feigned;  ///< what the normal's errors, being in both, add to residual * row on average
   double doubt;             ///< of the place of its surroundings [m^2]
   double variance;          ///< of the residual [m^2]
@@ -144,6 +144,7 @@ void LocaliseConfig::validate() const {
   check("fewest_patches", fewest_patches, 10, 100000);
   check("least_share", least_share, 0, 1);
   check("gate", gate, 1, 20);
+  check("largest_misfit", largest_misfit, 1, 100);
   check("largest_chi2", largest_chi2, 1, 1000);
   check("steepest", steepest, 0.05, 1);
   check("least_facing", least_facing, 0, 1);
@@ -219,21 +220,20 @@ void Localiser::Scratch::match(const VoxelMap& map, const SurfacePoints& surface
     const SurfacePlane& plane = *planes[index].surface;
     const double along = plane.normal.dot(ray);
     if (std::abs(along) < kGrazing * ray.norm()) continue;
+    if (plane.sided && along > 0) continue;  // the other face of a thin wall
     const Eigen::Vector3d off = point - plane.point;
     const double residual = plane.normal.dot(off);
     const Eigen::Vector3d arm(-(point.y() - about.y()), point.x() - about.x(), 0);
-    const double tilt2 = plane.tilt_sigma * plane.tilt_sigma;
-    const Eigen::Vector3d along_plane = off - residual * plane.normal;
+    const Eigen::Vector3d feigned = plane.tilt * off;  // covariance of the normal and the residual
     ++planes[index].patches;
-    matches.push_back(
-        {index,
-         residual,
-         {plane.normal.x(), plane.normal.y(), plane.normal.dot(arm)},
-         arm.squaredNorm(),
-         tilt2,
-         tilt2 * Eigen::Vector3d(along_plane.x(), along_plane.y(), along_plane.dot(arm)),
-         plane.doubt,
-         patch.sigma * patch.sigma * along * along + tilt2 * (off.squaredNorm() - residual * residual)});
+    matches.push_back({index,
+                       residual,
+                       {plane.normal.x(), plane.normal.y(), plane.normal.dot(arm)},
+                       arm.squaredNorm(),
+                       plane.tilt.topLeftCorner<2, 2>().trace(),
+                       {feigned.x(), feigned.y(), feigned.dot(arm)},
+                       plane.doubt,
+                       patch.sigma * patch.sigma * along * along + off.dot(feigned)});
   }
   // Patches on one plane share the error of its place: their mean has it once, so each has it as often as
   // they are.
@@ -308,7 +308,8 @@ Alignment Localiser::align(const VoxelMap& map, const SurfacePoints& surfaces, s
   const Eigen::Matrix3d known = information(step, out.misfit, config_);
   if (step.determined == 0)
     out.aligned = Aligned::kUndetermined;
-  else if (static_cast<double>(out.matched) < config_.least_share * static_cast<double>(s.matches.size()))
+  else if (out.misfit > config_.largest_misfit ||
+           static_cast<double>(out.matched) < config_.least_share * static_cast<double>(s.matches.size()))
     out.aligned = Aligned::kMisfit;
   else if (chi2(change, known, believed) > config_.largest_chi2)
     out.aligned = Aligned::kTooFar;

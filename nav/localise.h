@@ -17,11 +17,12 @@
 namespace headway::nav {
 
 struct LocaliseConfig {
-  int fewest_patches = 60;     ///< of a view that meet surfaces of the map
-  double least_share = 0.5;    ///< of them that agree with it
-  double gate = 4;             ///< patches farther than so many sigma from their plane do not count
-  double largest_chi2 = 16.3;  ///< of a change against what the believed pose may be off: 0.999 of 3 degrees
-  double steepest = 0.5;       ///< |z| of a normal that tells of the drift
+  int fewest_patches = 60;      ///< of a view that meet surfaces of the map
+  double least_share = 0.5;     ///< of them that agree with it
+  double largest_misfit = 1.5;  ///< Alignment::misfit
+  double gate = 4;              ///< patches farther than so many sigma from their plane do not count
+  double largest_chi2 = 16.3;   ///< of a change against what the believed pose may be off: 0.999 of 3 degrees
+  double steepest = 0.5;        ///< |z| of a normal that tells of the drift
   /// A direction is determined when the surfaces that face it have at least this share of the whole weight,
   /// and more than the errors of their normals could feign.
   double least_facing = 0.005;

@@ -18,10 +18,12 @@ constexpr float kFewest = 6;   // points of a plane
 constexpr double kFlat = 0.1;  // standard deviation across a plane beyond noise, in voxels
 constexpr double kWide = 0.3;  // and along it
 constexpr float kFewestOfBlock = 12;
-constexpr double kWideOfBlock = 0.12;  // in edges of the block
-constexpr double kNoisy = 1.5;         // noise may be so much more than its variance
-constexpr double kMostTilt = 0.1;      // of a normal that says anything [rad]
-constexpr double kNeighbours = 9;      // voxels on a plane that share the points of one
+constexpr double kWideOfBlock = 0.12;        // in edges of the block
+constexpr double kNoisy = 1.5;               // noise may be so much more than its variance
+constexpr double kMostTilt = 0.1;            // of a normal that says anything [rad]
+constexpr double kNeighbours = 9;            // voxels on a plane that share the points of one
+constexpr double kReach = 3;                 // sigmas off a plane that its points lie within
+constexpr std::array kBeside = {1.25, 2.0};  // voxels off a plane that are empty on the side it is seen from
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
 constexpr int kKeyBits = 21;  // of each coordinate
 constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
@@ -70,6 +72,9 @@ struct SurfacePoints::Sums {
     second += spread + s * middle.transpose() + middle * s.transpose() + w * middle * middle.transpose();
   }
 
+  /// Of one point, by noise and by what all of them are off [m^2].
+  double variance() const { return (static_cast<double>(count) + doubt) / weight; }
+
   /// The plane that the points lie on, as far as their noise and what the views' poses were off allow. `flat`
   /// and `wide`: standard deviations across it beyond that, at most, and along it, at least [m].
   std::optional<SurfacePlane> plane(const Vector3d& origin, double flat, double wide) const {
@@ -83,9 +88,19 @@ struct SurfacePoints::Sums {
       return std::nullopt;
     // Of an eigenvector, by perturbation of the first order.
     const double across = std::max(noise, spread[0]);
-    const double tilt = std::sqrt(across * spread[1] / points) / std::max(spread[1] - across, 1e-12);
-    if (tilt > kMostTilt) return std::nullopt;
-    return SurfacePlane{origin + mean, axes.eigenvectors().col(0), 1 / std::sqrt(weight), tilt, off};
+    const auto variance = [&](int axis) {
+      const double gap = std::max(spread[axis] - across, 1e-12);
+      return across * spread[axis] / (points * gap * gap);
+    };
+    if (variance(1) > kMostTilt * kMostTilt) return std::nullopt;
+    const Matrix3d along = axes.eigenvectors().rightCols<2>() *
+                           Eigen::Vector2d(variance(1), variance(2)).asDiagonal() *
+                           axes.eigenvectors().rightCols<2>().transpose();
+    return SurfacePlane{.point = origin + mean,
+                        .normal = axes.eigenvectors().col(0),
+                        .sigma = 1 / std::sqrt(weight),
+                        .tilt = along,
+                        .doubt = off};
   }
 };
 
@@ -196,7 +211,8 @@ void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d&
       continue;
     }
     const double sigma = patch.sigma * patch.point.norm();
-    const auto doubt = static_cast<float>(pose.shift + pose.turn * patch.point.squaredNorm());
+    const auto doubt =
+        static_cast<float>(pose.shift + (pose.turn + patch.alike * patch.alike) * patch.point.squaredNorm());
     if (!admit(absolute, doubt)) continue;
     Cell* cell = make(key_of(absolute), map);
     if (cell == nullptr) continue;
@@ -206,41 +222,80 @@ void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d&
   }
 }
 
-/// Over the points of edge^3 voxels from `first` on.
-SurfacePoints::Sums SurfacePoints::sums_of(const VoxelMap::Index& first, int edge) const {
+/// Over the points in the voxels of a box.
+SurfacePoints::Sums SurfacePoints::sums_of(const Box& box) const {
   Sums sums;
-  for (int z = 0; z < edge; ++z)
-    for (int y = 0; y < edge; ++y)
-      for (int x = 0; x < edge; ++x)
-        if (const Cell* cell = find(key_of(first + VoxelMap::Index(x, y, z)));
+  for (int z = 0; z < box.size.z(); ++z)
+    for (int y = 0; y < box.size.y(); ++y)
+      for (int x = 0; x < box.size.x(); ++x)
+        if (const Cell* cell = find(key_of(box.first + VoxelMap::Index(x, y, z)));
             cell != nullptr && cell->count > 0)
           sums.add(*cell, resolution_ * Vector3d(x, y, z));
   return sums;
 }
 
+/// Turns the normal to the side that is empty, if one alone is. False where both are.
+bool SurfacePoints::take_side(SurfacePlane& plane, const VoxelMap& map) const {
+  const auto empty = [&](double side) {
+    return std::ranges::all_of(kBeside, [&](double voxels) {
+      return map.at_point(plane.point + side * voxels * resolution_ * plane.normal) == Voxel::kEmpty;
+    });
+  };
+  const bool ahead = empty(1), behind = empty(-1);
+  plane.sided = ahead != behind;
+  if (behind) plane.normal = -plane.normal;
+  return !(ahead && behind);
+}
+
 std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, const VoxelMap& map) const {
-  const Sums sums = sums_of(voxel + map.first_key() - VoxelMap::Index::Ones(), 3);
+  const VoxelMap::Index first = voxel - VoxelMap::Index::Ones();
+  const Sums sums = sums_of({first + map.first_key(), VoxelMap::Index::Constant(3)});
   if (sums.count < kFewest) return std::nullopt;
-  auto plane =
-      sums.plane(map.centre(voxel - VoxelMap::Index::Ones()), kFlat * resolution_, kWide * resolution_);
-  if (!plane || map.at_point(plane->point) != Voxel::kOccupied) return std::nullopt;
+  auto plane = sums.plane(map.centre(first), kFlat * resolution_, kWide * resolution_);
+  if (!plane || map.at_point(plane->point) != Voxel::kOccupied || !take_side(*plane, map))
+    return std::nullopt;
   plane->sigma *= std::sqrt(kNeighbours);
   return plane;
 }
 
+/// The box that holds, along the axis that the plane of a block faces, all points of the plane, whose
+/// standard deviation is `sigma`, and across it what the block holds.
+SurfacePoints::Box SurfacePoints::around(const SurfacePlane& plane, double sigma, const Box& block,
+                                         const VoxelMap& map) const {
+  int axis = 0;
+  const Vector3d cosines = plane.normal.cwiseAbs();
+  const double along = cosines.maxCoeff(&axis);
+  const double slope = (cosines.sum() - along) / along * kBlock * resolution_ / 2;
+  const double reach = std::min(kReach * sigma / along, kBlock * resolution_) + slope;
+  const auto voxel_at = [&](double offset) {
+    return (map.index(plane.point + offset * Vector3d::Unit(axis)) + map.first_key())[axis];
+  };
+  Box box = block;
+  box.first[axis] = voxel_at(-reach);
+  box.size[axis] = voxel_at(reach) - box.first[axis] + 1;
+  return box;
+}
+
 std::optional<SurfacePlane> SurfacePoints::block_plane(const VoxelMap::Index& block,
                                                        const VoxelMap& map) const {
-  const VoxelMap::Index first = kBlock * block;
-  const Sums sums = sums_of(first, kBlock);
-  if (sums.count < kFewestOfBlock) return std::nullopt;
-  const auto plane = sums.plane(map.centre(first - map.first_key()), kFlat * resolution_,
-                                kWideOfBlock * kBlock * resolution_);
+  const Box whole{kBlock * block, VoxelMap::Index::Constant(kBlock)};
+  const auto plane_of = [&](const Sums& sums, const Box& box) -> std::optional<SurfacePlane> {
+    if (sums.count < kFewestOfBlock) return std::nullopt;
+    return sums.plane(map.centre(box.first - map.first_key()), kFlat * resolution_,
+                      kWideOfBlock * kBlock * resolution_);
+  };
+  const Sums sums = sums_of(whole);
+  std::optional<SurfacePlane> plane = plane_of(sums, whole);
   if (!plane) return std::nullopt;
+  // Where a surface lies beside a face of the block, noise carries some of its points into the next one.
+  const Box box = around(*plane, std::sqrt(sums.variance()), whole, map);
+  if (const auto uncut = plane_of(sums_of(box), box)) plane = uncut;
   const VoxelMap::Index middle = map.index(plane->point);
   for (int z = -1; z <= 1; ++z)
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x)
-        if (map.at(middle + VoxelMap::Index(x, y, z)) == Voxel::kOccupied) return plane;
+        if (map.at(middle + VoxelMap::Index(x, y, z)) == Voxel::kOccupied)
+          return take_side(*plane, map) ? plane : std::nullopt;
   return std::nullopt;
 }
 

@@ -18,10 +18,11 @@ namespace headway::nav {
 /// A plane through the points around a voxel or in a block of voxels, in the map frame.
 struct SurfacePlane {
   Eigen::Vector3d point;   ///< the points' mean [m]
-  Eigen::Vector3d normal;  ///< of length 1, to either side
+  Eigen::Vector3d normal;  ///< of length 1
   double sigma = 0;        ///< of the mean along the normal [m]
-  double tilt_sigma = 0;   ///< of the normal [rad]
-  double doubt = 0;        ///< variance of all the place, by the poses that it was seen from [m^2]
+  Eigen::Matrix3d tilt;    ///< covariance of the normal [rad^2]
+  double doubt = 0;        ///< variance that all the place has, by poses and by what patches err alike [m^2]
+  bool sided = false;      ///< can be seen only from where the normal points to; else from either side
 };
 
 /// How well the pose of a view is known.
@@ -36,7 +37,7 @@ struct SurfaceVoxel {
   /// floor(coordinate / resolution) + 2^20 of x, y and z, in 21 bits each, x lowest; 0: none
   std::uint64_t key = 0;
   float weight = 0, count = 0;
-  float doubt = 0;                ///< variance by the pose of the first look [m^2]
+  float doubt = 0;                ///< variance that all of it has by its first look [m^2]
   std::array<float, 3> first{};   ///< of w d [m]
   std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
 
@@ -57,7 +58,8 @@ class SurfacePoints {
            const PoseVariance& pose = {});
 
   /// The plane of the surface at or beside a voxel of `map`. Nothing where the points of the 3x3x3 voxels
-  /// around are too few or not flat, or where the map says that their mean is not occupied (any more).
+  /// around are too few or not flat, or where the map says that their mean is not occupied (any more), or
+  /// that both sides of it are empty: of a thing so thin, it cannot be told which of its faces was seen.
   std::optional<SurfacePlane> plane(const VoxelMap::Index& voxel, const VoxelMap& map) const;
 
   static constexpr int kBlock = 4;  ///< voxels along an edge
@@ -68,7 +70,7 @@ class SurfacePoints {
   }
   /// The plane of all points in a block. Its normal is known far better than those of the voxels in it, where
   /// noise is not small beside what they span. Nothing where they are too few or not flat, or where the map
-  /// says that nothing is left beside their mean.
+  /// says that nothing is left beside their mean, or that both sides of it are empty.
   std::optional<SurfacePlane> block_plane(const VoxelMap::Index& block, const VoxelMap& map) const;
 
   std::size_t voxels() const { return used_; }  ///< known
@@ -88,7 +90,12 @@ class SurfacePoints {
   };
 
   struct Sums;
-  Sums sums_of(const VoxelMap::Index& first, int edge) const;
+  struct Box {
+    VoxelMap::Index first, size;  ///< absolute; voxels along each axis
+  };
+  Sums sums_of(const Box& box) const;
+  Box around(const SurfacePlane& plane, double sigma, const Box& block, const VoxelMap& map) const;
+  bool take_side(SurfacePlane& plane, const VoxelMap& map) const;
   bool admit(const VoxelMap::Index& absolute, float pose);
   static std::uint64_t key_of(const VoxelMap::Index& absolute);
   std::size_t place(std::uint64_t key) const;

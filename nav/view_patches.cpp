@@ -161,7 +161,9 @@ void view_patches(const vision::RangeView& view, const PatchConfig& config, std:
       const double z = 1 / found->x();
       if (z > view.far) continue;
       const double middle = (edge - 1) / 2.0;
-      out.push_back({c.point(u + middle, v + middle, z), found->y() * z});
+      const double sigma = found->y() * z;
+      // A matcher draws disparities towards whole pixels, over all of a surface that shares them.
+      out.push_back({c.point(u + middle, v + middle, z), sigma, view.weight.empty() ? 0 : sigma});
     }
   }
 }

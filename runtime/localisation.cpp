@@ -6,12 +6,6 @@
 #include "hal/on_floor.h"
 
 namespace headway::runtime {
-namespace {
-
-// A view that is to tell the place in a map from before must fit it, not just fit nowhere better.
-constexpr double kFits = 1.5;  // Alignment::misfit
-
-}  // namespace
 
 Localisation::Localisation(const LocalisationConfig& config, const nav::VoxelMap& map)
     : config_(config),
@@ -42,7 +36,6 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
   const Pose2 robot = drift_.map_from_robot();
   alignment_ = localiser_.align(map_, surfaces_, patches_, drift_.map_from_odom().lifted() * odom_from_view,
                                 robot.position(), drift_.covariance());
-  if (!placed_ && alignment_ && alignment_.misfit > kFits) alignment_ = {};
   drift_.correct(alignment_);
   count();
   if (alignment_ && found_place()) placed_ = true;

@@ -140,7 +140,7 @@ TEST(Localiser, IsNotTurnedWhereTheKnownPartOfAFarWallEnds) {
   for (const double side : {-1.0, 1.0}) {
     Vector3d sum = Vector3d::Zero();
     int aligned = 0;
-    for (std::uint64_t r = 0; r < 8; ++r) {
+    for (std::uint64_t r = 0; r < 24; ++r) {
       KnownRoom known(room);
       for (std::uint64_t view = 0; view < 4; ++view)
         known.learn(camera_pose(kEye, 0.25 * side, 0.1), 100 * r + view);
@@ -152,7 +152,7 @@ TEST(Localiser, IsNotTurnedWhereTheKnownPartOfAFarWallEnds) {
         ++aligned;
       }
     }
-    EXPECT_GE(aligned, 30);
+    EXPECT_GE(aligned, 90);
     EXPECT_NEAR(sum.z() / aligned, 0, LocaliseConfig{}.turn_sigma) << side;
     EXPECT_NEAR(sum.x() / aligned, 0, 0.002) << side;
   }
@@ -172,6 +172,18 @@ TEST(Localiser, RefusesToMoveAlongACorridor) {
   EXPECT_NEAR(a.change.z(), change.z(), 0.004);
   EXPECT_NEAR(a.change.x(), 0, 0.002);
   EXPECT_LT(a.information(0, 0), 1e-3 * a.information(1, 1));
+}
+
+TEST(Localiser, DoesNotTakeOneFaceOfAThinWallForTheOther) {
+  SyntheticRoom room = open_place();
+  room.solids = {{{0.9, -3, 0}, {1.0, 3, 3}}};
+  KnownRoom known(room);
+  const Vector3d here(-0.6, 0, 1.4), there(2.4, 0, 1.4);
+  known.look_around(here, 0, -0.6, 0.6);
+  ASSERT_TRUE(known.align(camera_pose(here, 0, 0.1), Vector3d::Zero(), 77, {0.05, 0.05, 0.02}));
+  const Alignment a =
+      known.align(camera_pose(there, std::numbers::pi, 0.1), Vector3d::Zero(), 78, {0.05, 0.05, 0.02});
+  EXPECT_EQ(a.aligned, Aligned::kFewPatches);
 }
 
 TEST(Localiser, LearnsNothingFromTheFloor) {
@@ -225,7 +237,9 @@ TEST(Localiser, RefusesAnotherRoom) {
   int believed = 0;
   for (std::uint64_t i = 0; i < 10; ++i) {
     known.room = random_room(random);
-    believed += static_cast<bool>(known.align(any_pose(random), Vector3d::Zero(), i, kSigma));
+    const Alignment a = known.align(any_pose(random), Vector3d::Zero(), i, kSigma);
+    believed += static_cast<bool>(a);
+    EXPECT_TRUE(!a || a.misfit <= LocaliseConfig{}.largest_misfit);
   }
   EXPECT_LE(believed, 3) << "a wall that happens to stand where another stood";
 }

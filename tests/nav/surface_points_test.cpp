@@ -50,7 +50,7 @@ TEST(SurfacePoints, KnowTheNormalsOfBlocksBetterThanThoseOfVoxels) {
           known.surfaces.block_plane(SurfacePoints::block_of(at + known.map.first_key()), known.map);
       if (!plane) continue;
       of_blocks += off(*plane) * off(*plane);
-      in_sigmas += off(*plane) * off(*plane) / (2 * plane->tilt_sigma * plane->tilt_sigma);
+      in_sigmas += off(*plane) * off(*plane) / plane->tilt.trace();
       ++blocks;
     }
   }
@@ -59,6 +59,43 @@ TEST(SurfacePoints, KnowTheNormalsOfBlocksBetterThanThoseOfVoxels) {
   EXPECT_LT(std::sqrt(of_blocks / blocks), 0.6 * std::sqrt(of_voxels / voxels));
   EXPECT_LT(std::sqrt(in_sigmas / blocks), 1.5) << "or it is surer than it can be";
   EXPECT_GT(std::sqrt(in_sigmas / blocks), 0.5) << "or less sure than it need be";
+}
+
+// Noise spreads the points of a wall over voxels on both sides of the faces of blocks: a mean over a part of
+// them would be off by most of the noise.
+TEST(SurfacePoints, AreNotCutWhereABlockEnds) {
+  for (double x = 2.9; x < 3.1; x += 0.02) {
+    KnownRoom known(wall_at(x));
+    for (std::uint64_t view = 0; view < 4; ++view) known.learn(camera_pose(kEye, 0, 0.1), view);
+    double sum = 0;
+    int planes = 0;
+    for (double y = -0.5; y < 0.5; y += 0.2)
+      for (const double beside : {-0.03, 0.03}) {
+        const VoxelMap::Index at = known.map.index({x + beside, y, 1.2});
+        const auto plane =
+            known.surfaces.block_plane(SurfacePoints::block_of(at + known.map.first_key()), known.map);
+        if (!plane) continue;
+        sum += plane->point.x() - x;
+        ++planes;
+      }
+    ASSERT_GE(planes, 4) << x;
+    EXPECT_NEAR(sum / planes, 0, 0.004) << x;
+  }
+}
+
+TEST(SurfacePoints, FaceTheSideThatTheyWereSeenFrom) {
+  SyntheticRoom room = wall_at(4);
+  room.solids = {{{2.0, -3, 0}, {2.1, 3, 3}}};
+  KnownRoom known(room);
+  for (std::uint64_t view = 0; view < 4; ++view) known.learn(camera_pose(kEye, 0, 0.1), view);
+  const VoxelMap::Index at = known.map.index({2.0 - 1e-9, 0.1, 1.2});
+  for (const auto& plane :
+       {known.surfaces.plane(at, known.map),
+        known.surfaces.block_plane(SurfacePoints::block_of(at + known.map.first_key()), known.map)}) {
+    ASSERT_TRUE(plane);
+    EXPECT_TRUE(plane->sided);
+    EXPECT_LT(plane->normal.x(), -0.9);
+  }
 }
 
 TEST(SurfacePoints, TakeNoBlockForAPlaneThatHoldsAnEdge) {
@@ -121,6 +158,32 @@ TEST(SurfacePoints, GiveWayToALookFromAPoseThatIsKnownBetter) {
   EXPECT_GT(before->doubt, 0.015 * 0.015);
   EXPECT_LT(after->doubt, 0.1 * before->doubt);
   EXPECT_NEAR(after->point.x(), 2.03, 0.004);
+}
+
+// However often a matcher looks from afar, its error stays: near looks tell the place.
+TEST(SurfacePoints, GiveWayToANearerLookOfAMatcher) {
+  KnownRoom known(wall_at(3.01));
+  const auto learn = [&](double from, double wall, std::uint64_t seed) {
+    const Eigen::Isometry3d pose = camera_pose({from, 0, 1.4}, 0, 0.1);
+    known.room = wall_at(wall);
+    vision::RangeView view = known.see(pose, seed);
+    view.weight.assign(view.depth.size(), 1.0F);
+    known.integrator.integrate(known.map, view, pose, Time{});
+    view_patches(view, {}, known.patches);
+    known.surfaces.add(known.patches, pose, known.map);
+  };
+  for (std::uint64_t i = 0; i < 20; ++i) learn(-1.9, 3.04, i);  // as a matcher might have it
+  const auto plane = [&] {
+    const VoxelMap::Index there = known.map.index({3.03, 0.1, 1.3}) + known.map.first_key();
+    return known.surfaces.block_plane(SurfacePoints::block_of(there), known.map);
+  };
+  const auto from_afar = plane();
+  for (std::uint64_t i = 0; i < 3; ++i) learn(1.5, 3.01, 100 + i);
+  const auto from_near = plane();
+  ASSERT_TRUE(from_afar && from_near);
+  EXPECT_GT(std::sqrt(from_afar->doubt), 0.005);
+  EXPECT_LT(from_near->doubt, from_afar->doubt / 4);
+  EXPECT_NEAR(from_near->point.x(), 3.01, 0.004);
 }
 
 TEST(SurfacePoints, KeepToTheirBound) {

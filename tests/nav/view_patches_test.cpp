@@ -76,6 +76,19 @@ TEST(ViewPatches, LeaveOutWhatIsNotTrusted) {
   EXPECT_TRUE(patches.empty());
 }
 
+TEST(ViewPatches, ErrAlikeWhereTheyComeFromAMatcher) {
+  KnownRoom known(SyntheticRoom::furnished());
+  vision::RangeView view = known.see(kPose, 1);
+  std::vector<Patch> patches;
+  view_patches(view, {}, patches);
+  ASSERT_FALSE(patches.empty());
+  for (const Patch& p : patches) ASSERT_EQ(p.alike, 0);
+  view.weight.assign(view.depth.size(), 1.0F);
+  view_patches(view, {}, patches);
+  ASSERT_FALSE(patches.empty());
+  for (const Patch& p : patches) ASSERT_EQ(p.alike, p.sigma);
+}
+
 TEST(ViewPatches, NameASettingOutOfBounds) {
   EXPECT_THROW((PatchConfig{.most = 1}.validate()), InputError);
   EXPECT_THROW((PatchConfig{.least_weight = 2}.validate()), InputError);
