@@ -75,7 +75,7 @@ struct SurfacePoints::Sums {
   /// Of one point, by noise and by what all of them are off [m^2].
   double variance() const { return (static_cast<double>(count) + doubt) / weight; }
 
-  /// The plane that the points lie on, as far as their noise and what the views' poses were off allow. `flat`
+  /// The plane that the points lie on, as far as their noise and what all of them are off allow. `flat`
   /// and `wide`: standard deviations across it beyond that, at most, and along it, at least [m].
   std::optional<SurfacePlane> plane(const Vector3d& origin, double flat, double wide) const {
     const Vector3d mean = first / weight;
@@ -88,18 +88,18 @@ struct SurfacePoints::Sums {
       return std::nullopt;
     // Of an eigenvector, by perturbation of the first order.
     const double across = std::max(noise, spread[0]);
-    const auto variance = [&](int axis) {
+    const auto tilt_variance = [&](int axis) {
       const double gap = std::max(spread[axis] - across, 1e-12);
       return across * spread[axis] / (points * gap * gap);
     };
-    if (variance(1) > kMostTilt * kMostTilt) return std::nullopt;
-    const Matrix3d along = axes.eigenvectors().rightCols<2>() *
-                           Eigen::Vector2d(variance(1), variance(2)).asDiagonal() *
-                           axes.eigenvectors().rightCols<2>().transpose();
+    if (tilt_variance(1) > kMostTilt * kMostTilt) return std::nullopt;
+    const Matrix3d tilt = axes.eigenvectors().rightCols<2>() *
+                          Eigen::Vector2d(tilt_variance(1), tilt_variance(2)).asDiagonal() *
+                          axes.eigenvectors().rightCols<2>().transpose();
     return SurfacePlane{.point = origin + mean,
                         .normal = axes.eigenvectors().col(0),
                         .sigma = 1 / std::sqrt(weight),
-                        .tilt = along,
+                        .tilt = tilt,
                         .doubt = off};
   }
 };
@@ -120,17 +120,17 @@ void SurfacePoints::Cell::add(const Eigen::Vector3f& d, float w) {
   second[5] += v.z() * d.z();
 }
 
-/// Whether a look from a pose of this variance tells anything new of a voxel. Noise spreads the points of a
+/// Whether a look of this doubt tells anything new of a voxel. Noise spreads the points of a
 /// surface over its neighbours: what holds for one holds for all. Forgets what the look replaces.
-bool SurfacePoints::admit(const VoxelMap::Index& absolute, float pose) {
+bool SurfacePoints::admit(const VoxelMap::Index& absolute, float doubt) {
   constexpr float kSurer = 4;
   bool admitted = true;
   for (const auto& offset : kItselfAndFaces) {
     Cell* cell = find(key_of(absolute + VoxelMap::Index(offset[0], offset[1], offset[2])));
     if (cell == nullptr || cell->weight <= 0) continue;
-    if (kSurer * pose < cell->doubt)
+    if (kSurer * doubt < cell->doubt)
       cell->forget();
-    else if (cell->weight >= static_cast<float>(kEnough) || pose > kSurer * (cell->doubt + 1 / cell->weight))
+    else if (cell->weight >= static_cast<float>(kEnough) || doubt > kSurer * (cell->doubt + 1 / cell->weight))
       admitted = false;
   }
   return admitted;
@@ -260,8 +260,8 @@ std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, c
 
 /// The box that holds, along the axis that the plane of a block faces, all points of the plane, whose
 /// standard deviation is `sigma`, and across it what the block holds.
-SurfacePoints::Box SurfacePoints::around(const SurfacePlane& plane, double sigma, const Box& block,
-                                         const VoxelMap& map) const {
+SurfacePoints::Box SurfacePoints::uncut(const SurfacePlane& plane, double sigma, const Box& block,
+                                        const VoxelMap& map) const {
   int axis = 0;
   const Vector3d cosines = plane.normal.cwiseAbs();
   const double along = cosines.maxCoeff(&axis);
@@ -288,8 +288,8 @@ std::optional<SurfacePlane> SurfacePoints::block_plane(const VoxelMap::Index& bl
   std::optional<SurfacePlane> plane = plane_of(sums, whole);
   if (!plane) return std::nullopt;
   // Where a surface lies beside a face of the block, noise carries some of its points into the next one.
-  const Box box = around(*plane, std::sqrt(sums.variance()), whole, map);
-  if (const auto uncut = plane_of(sums_of(box), box)) plane = uncut;
+  const Box box = uncut(*plane, std::sqrt(sums.variance()), whole, map);
+  if (const auto wider = plane_of(sums_of(box), box)) plane = wider;
   const VoxelMap::Index middle = map.index(plane->point);
   for (int z = -1; z <= 1; ++z)
     for (int y = -1; y <= 1; ++y)

@@ -45,8 +45,8 @@ struct SurfaceVoxel {
 };
 
 /// The first looks at a place decide, so that a map does not wander with what is measured by it: a voxel's
-/// mean comes to rest when it is known to a millimetre, and only a look from a pose that is known better
-/// by far replaces it.
+/// mean comes to rest when it is known to a millimetre, and only a look with far less doubt (from a pose that
+/// is known better, or by a matcher from nearer) replaces it.
 class SurfacePoints {
  public:
   /// `resolution`: of the map [m]. Keeps at most `most_voxels` (64 bytes each).
@@ -94,9 +94,9 @@ class SurfacePoints {
     VoxelMap::Index first, size;  ///< absolute; voxels along each axis
   };
   Sums sums_of(const Box& box) const;
-  Box around(const SurfacePlane& plane, double sigma, const Box& block, const VoxelMap& map) const;
+  Box uncut(const SurfacePlane& plane, double sigma, const Box& block, const VoxelMap& map) const;
   bool take_side(SurfacePlane& plane, const VoxelMap& map) const;
-  bool admit(const VoxelMap::Index& absolute, float pose);
+  bool admit(const VoxelMap::Index& absolute, float doubt);
   static std::uint64_t key_of(const VoxelMap::Index& absolute);
   std::size_t place(std::uint64_t key) const;
   const Cell* find(std::uint64_t key) const {
