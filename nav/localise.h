@@ -19,7 +19,7 @@ namespace headway::nav {
 struct LocaliseConfig {
   int fewest_patches = 60;      ///< of a view that meet surfaces of the map
   double least_share = 0.5;     ///< of them that agree with it
-  double largest_misfit = 1.5;  ///< Alignment::misfit
+  double largest_misfit = 1.5;  ///< Alignment::misfit; a view with more is refused
   double gate = 4;              ///< patches farther than so many sigma from their plane do not count
   double largest_chi2 = 16.3;   ///< of a change against what the believed pose may be off: 0.999 of 3 degrees
   double steepest = 0.5;        ///< |z| of a normal that tells of the drift
@@ -41,7 +41,7 @@ enum class Aligned : std::uint8_t {
   kPartly,        ///< in some directions only: a wall, a corridor
   kFewPatches,    ///< the view meets too little that the map knows
   kUndetermined,  ///< in no direction
-  kMisfit,        ///< too few patches agree
+  kMisfit,        ///< too few patches agree, or less well than their sigma says
   kTooFar,        ///< the change is larger than the believed pose can be off
 };
 const char* name(Aligned aligned);
@@ -54,7 +54,7 @@ struct Alignment {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< inverse covariance; 0 where undetermined
   std::size_t patches = 0, matched = 0;                   ///< of the view; that agree with the map
   int determined = 0;                                     ///< directions of the three
-  double misfit = 1;  ///< root mean square of residuals over their sigma; the information is scaled by it
+  double misfit = 1;  ///< median residual over what its sigma lets expect, at least 1; scales the information
 
   explicit operator bool() const { return aligned == Aligned::kWhole || aligned == Aligned::kPartly; }
   /// corrected_from_believed, of points of the map frame. The identity where there is none.

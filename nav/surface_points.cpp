@@ -23,7 +23,7 @@ constexpr double kNoisy = 1.5;               // noise may be so much more than i
 constexpr double kMostTilt = 0.1;            // of a normal that says anything [rad]
 constexpr double kNeighbours = 9;            // voxels on a plane that share the points of one
 constexpr double kReach = 3;                 // sigmas off a plane that its points lie within
-constexpr std::array kBeside = {1.25, 2.0};  // voxels off a plane that are empty on the side it is seen from
+constexpr std::array kBeside = {1.25, 2.0};  // voxels off a plane; a side is empty where both are
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
 constexpr int kKeyBits = 21;  // of each coordinate
 constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
@@ -120,8 +120,8 @@ void SurfacePoints::Cell::add(const Eigen::Vector3f& d, float w) {
   second[5] += v.z() * d.z();
 }
 
-/// Whether a look of this doubt tells anything new of a voxel. Noise spreads the points of a
-/// surface over its neighbours: what holds for one holds for all. Forgets what the look replaces.
+/// Whether a look of this doubt [m^2] tells anything new of a voxel. Noise spreads the points of a surface
+/// over its neighbours: what holds for one holds for all. Forgets what the look replaces.
 bool SurfacePoints::admit(const VoxelMap::Index& absolute, float doubt) {
   constexpr float kSurer = 4;
   bool admitted = true;

@@ -17,12 +17,12 @@ namespace headway::nav {
 
 /// A plane through the points around a voxel or in a block of voxels, in the map frame.
 struct SurfacePlane {
-  Eigen::Vector3d point;   ///< the points' mean [m]
-  Eigen::Vector3d normal;  ///< of length 1
-  double sigma = 0;        ///< of the mean along the normal [m]
-  Eigen::Matrix3d tilt;    ///< covariance of the normal [rad^2]
-  double doubt = 0;        ///< variance that all the place has, by poses and by what patches err alike [m^2]
-  bool sided = false;      ///< can be seen only from where the normal points to; else from either side
+  Eigen::Vector3d point;                           ///< the points' mean [m]
+  Eigen::Vector3d normal;                          ///< of length 1
+  double sigma = 0;                                ///< of the mean along the normal [m]
+  Eigen::Matrix3d tilt = Eigen::Matrix3d::Zero();  ///< covariance of the normal [rad^2]
+  double doubt = 0;    ///< variance that all the place has, by poses and by what patches err alike [m^2]
+  bool sided = false;  ///< seen only from where the normal points to; else it is not known from which side
 };
 
 /// How well the pose of a view is known.

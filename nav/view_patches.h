@@ -23,7 +23,7 @@ struct PatchConfig {
 struct Patch {
   Eigen::Vector3d point;  ///< on the surface, in the view's optical frame [m]
   double sigma = 0;       ///< of the point along its ray, as a share of its depth
-  double alike = 0;  ///< the part of sigma that patches nearby err too: all of a matcher's, no depth camera's
+  double alike = 0;       ///< of sigma, what patches nearby err in common: all with a matcher, else nothing
 };
 
 /// The patches of a view, row by row; points beyond the view's far are left out.

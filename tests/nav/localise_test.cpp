@@ -254,7 +254,7 @@ TEST(Localiser, RefusesAViewThatDoesNotFitAsItsPatchesSay) {
         .aligned;
   };
   EXPECT_EQ(aligned({}), Aligned::kPartly);
-  // Beside a plane's own error, that of the patches must count for the misfit to be seen.
+  // Points that scatter by centimetres and claim a tenth of a millimetre.
   std::mt19937_64 random(1);
   for (Patch& patch : known.patches) {
     patch.point *= 1 + 0.02 * (2 * uniform(random) - 1);
