@@ -57,7 +57,7 @@ using V = hn::Vec<Tag>;
 // One over the rays' directions along the map's axes.
 void invert_directions(const DirectionTask& t) {
   const Tag d;
-  const V one = hn::Set(d, 1), least = hn::Set(d, kLeastSlope);
+  const V one = hn::Set(d, 1), least = hn::Set(d, kLeastSlope), lane = hn::Iota(d, 0);
   const int lanes = static_cast<int>(hn::Lanes(d));
   const RayGrid& g = t.grid;
   for (int v = 0; v < g.height; ++v) {
@@ -68,7 +68,7 @@ void invert_directions(const DirectionTask& t) {
       float* row = t.inverse[k] + static_cast<std::ptrdiff_t>(v) * t.stride;
       const V start = hn::Set(d, first[k]), step = hn::Set(d, g.step * t.map_from_camera(k, 0));
       for (int u = 0; u < t.stride; u += lanes) {
-        const V slope = hn::Add(start, hn::Mul(hn::Iota(d, static_cast<float>(u)), step));
+        const V slope = hn::MulAdd(hn::Add(lane, hn::Set(d, static_cast<float>(u))), step, start);
         const auto level = hn::Lt(hn::Abs(slope), least);
         hn::StoreU(hn::Div(one, hn::IfThenElse(level, hn::CopySign(least, slope), slope)), d, row + u);
       }

@@ -1,6 +1,8 @@
 #include "nav/view_gain.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -30,6 +32,18 @@ struct GainTask {
       dz;  // the centre of voxel (0, 0, 0), and the way to the next along each axis
   std::span<const Eigen::Vector4f> rows;
   const RayImage& rays;
+  ReachBounds reach;  // of the rays that meet the brick
+};
+
+/// n p + d at the voxels' centres p.
+struct Slope {
+  float at_first, dx, dy, dz;
+
+  Slope(const GainTask& t, const Eigen::Vector3f& n, float d)
+      : at_first(n.dot(t.first) + d), dx(n.dot(t.dx)), dy(n.dot(t.dy)), dz(n.dot(t.dz)) {}
+  float at(int x, int y, int z) const {
+    return at_first + static_cast<float>(x) * dx + static_cast<float>(y) * dy + static_cast<float>(z) * dz;
+  }
 };
 
 }  // namespace
@@ -42,56 +56,96 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, VoxelMap::kBrickEdge>;
 using V = hn::Vec<Tag>;
 
-template <class Mask>
-HWY_INLINE Mask in_front(const GainTask& t, const V& x, const V& y, const V& z, const Mask& asked) {
+/// A bit for each voxel that may still count, and one for each whose ray must be asked. A vector's lanes are
+/// the lowest bits of a byte; a row of a brick takes as many bytes as it takes vectors.
+struct Marks {
+  std::uint8_t counts[VoxelMap::kBrickVoxels], unsure[VoxelMap::kBrickVoxels];
+};
+
+/// Visits the vectors of all rows: their byte, and a slope's values.
+template <class Visit>
+HWY_INLINE void along_rows(const GainTask& t, const Slope& slope, const Visit& visit) {
   const Tag d;
-  const hn::Rebind<std::int32_t, Tag> whole;
-  const RayGrid& g = t.rays.grid();
-  const V near = hn::Max(z, hn::Set(d, 1e-3F)), scale = hn::Set(d, 1 / g.step);
-  const auto cell = [&](const V& a, float first, int count) HWY_ATTR {
-    const V at = hn::Mul(hn::Sub(hn::Div(a, near), hn::Set(d, first)), scale);
-    return hn::ConvertTo(whole, hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, static_cast<float>(count - 1))));
-  };
-  const auto u = cell(x, g.x0, g.width), v = cell(y, g.y0, g.height);
-  const auto at = hn::Add(hn::Mul(v, hn::Set(whole, t.rays.stride())), u);
-  return hn::And(asked, hn::Lt(z, hn::GatherIndex(d, t.rays.reach().data(), at)));
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V along = hn::Mul(hn::Iota(d, 0), hn::Set(d, slope.dx));
+  std::size_t byte = 0;
+  for (int z = t.first_layer; z < t.end_layer; ++z) {
+    for (int y = 0; y < VoxelMap::kBrickEdge; ++y)
+      for (int x = 0; x < VoxelMap::kBrickEdge; x += lanes)
+        visit(byte++, hn::Add(along, hn::Set(d, slope.at(x, y, z))));
+  }
+}
+
+template <class Mask>
+HWY_INLINE std::uint8_t bits(const Mask& mask) {
+  std::uint8_t stored[8] = {};
+  hn::StoreMaskBits(Tag(), mask, stored);
+  return stored[0];
 }
 
 // However bricks are ordered, four voxels along x stand side by side.
-HWY_INLINE void load_row(const GainTask& t, int y, int z, std::int8_t* row) {
-  std::memcpy(row, t.values + VoxelMap::in_brick(0, y, z), 4);
-  std::memcpy(row + 4, t.values + VoxelMap::in_brick(4, y, z), 4);
-}
-
-std::size_t count_voxels(const GainTask& t) {
+HWY_INLINE void mark_unseen(const GainTask& t, Marks& marks) {
   const Tag d;
   const hn::Rebind<std::int8_t, Tag> bytes;
   const hn::Rebind<std::int32_t, Tag> whole;
   const std::size_t lanes = hn::Lanes(d);
   const auto unseen = hn::Set(whole, log_odds::kUnseen);
-  std::size_t found = 0;
+  std::size_t byte = 0;
   std::int8_t in_row[VoxelMap::kBrickEdge];
   for (int row = 8 * t.first_layer; row < 8 * t.end_layer; ++row) {
-    const Eigen::Vector3f start =
-        t.first + static_cast<float>(row & 7) * t.dy + static_cast<float>(row >> 3) * t.dz;
-    load_row(t, row & 7, row >> 3, in_row);
-    for (std::size_t i = 0; i < 8; i += lanes) {
-      const auto values = hn::PromoteTo(whole, hn::LoadU(bytes, in_row + i));
-      auto asked = hn::RebindMask(d, hn::Eq(values, unseen));
-      if (hn::AllFalse(d, asked)) continue;
-      const V along = hn::Iota(d, static_cast<float>(i));
-      const V x = hn::MulAdd(along, hn::Set(d, t.dx.x()), hn::Set(d, start.x()));
-      const V y = hn::MulAdd(along, hn::Set(d, t.dx.y()), hn::Set(d, start.y()));
-      const V z = hn::MulAdd(along, hn::Set(d, t.dx.z()), hn::Set(d, start.z()));
-      for (const Eigen::Vector4f& r : t.rows) {
-        const V side =
-            hn::MulAdd(x, hn::Set(d, r.x()),
-                       hn::MulAdd(y, hn::Set(d, r.y()), hn::MulAdd(z, hn::Set(d, r.z()), hn::Set(d, r.w()))));
-        asked = hn::And(asked, hn::Ge(side, hn::Zero(d)));
-      }
-      if (!hn::AllFalse(d, asked)) found += hn::CountTrue(d, in_front(t, x, y, z, asked));
+    std::memcpy(in_row, t.values + VoxelMap::in_brick(0, row & 7, row >> 3), 4);
+    std::memcpy(in_row + 4, t.values + VoxelMap::in_brick(4, row & 7, row >> 3), 4);
+    for (std::size_t x = 0; x < 8; x += lanes) {
+      const auto values = hn::PromoteTo(whole, hn::LoadU(bytes, in_row + x));
+      marks.counts[byte++] = bits(hn::RebindMask(d, hn::Eq(values, unseen)));
     }
   }
+}
+
+HWY_INLINE hn::Mask<Tag> in_front(const GainTask& t, const V& x, const V& y, const V& z) {
+  const Tag d;
+  const hn::Rebind<std::int32_t, Tag> whole;
+  const RayGrid& g = t.rays.grid();
+  const V inverse = hn::Div(hn::Set(d, 1 / g.step), hn::Max(z, hn::Set(d, 1e-3F)));
+  const auto cell = [&](const V& a, float first, int count) HWY_ATTR {
+    const V at = hn::MulSub(a, inverse, hn::Set(d, first / g.step));
+    return hn::ConvertTo(whole, hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, static_cast<float>(count - 1))));
+  };
+  const auto u = cell(x, g.x0, g.width), v = cell(y, g.y0, g.height);
+  const auto at = hn::Add(hn::Mul(v, hn::Set(whole, t.rays.stride())), u);
+  return hn::Lt(z, hn::GatherIndex(d, t.rays.reach().data(), at));
+}
+
+std::size_t count_voxels(const GainTask& t) {
+  const Tag d;
+  Marks marks;
+  mark_unseen(t, marks);
+  for (const Eigen::Vector4f& row : t.rows)
+    along_rows(t, Slope(t, row.head<3>(), row.w()), [&](std::size_t byte, const V& side) HWY_ATTR {
+      marks.counts[byte] &= bits(hn::Ge(side, hn::Zero(d)));
+    });
+  const V least = hn::Set(d, t.reach.least), most = hn::Set(d, t.reach.most);
+  const Slope depth(t, Eigen::Vector3f::UnitZ(), 0);
+  along_rows(t, depth, [&](std::size_t byte, const V& z) HWY_ATTR {
+    marks.counts[byte] &= bits(hn::Lt(z, most));
+    marks.unsure[byte] = marks.counts[byte] & bits(hn::Ge(z, least));
+  });
+  const std::array axes = {Slope(t, Eigen::Vector3f::UnitX(), 0), Slope(t, Eigen::Vector3f::UnitY(), 0),
+                           depth};
+  const V lane = hn::Iota(d, 0);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  std::size_t found = 0, byte = 0;
+  for (int z = t.first_layer; z < t.end_layer; ++z)
+    for (int y = 0; y < VoxelMap::kBrickEdge; ++y)
+      for (int x = 0; x < VoxelMap::kBrickEdge; x += lanes, ++byte) {
+        if (marks.unsure[byte] != 0) {
+          const auto along = [&](const Slope& s) HWY_ATTR {
+            return hn::MulAdd(lane, hn::Set(d, s.dx), hn::Set(d, s.at(x, y, z)));
+          };
+          marks.counts[byte] &= bits(in_front(t, along(axes[0]), along(axes[1]), along(axes[2])));
+        }
+        found += static_cast<std::size_t>(std::popcount(marks.counts[byte]));
+      }
   return found;
 }
 
@@ -275,7 +329,7 @@ std::size_t ViewGain::count_in(const VoxelMap& map, const Look& look, const Eige
       look.camera_from_map * (look.from_eye(kEdge * at) + Eigen::Vector3f::Constant(0.5F));
   return HWY_DYNAMIC_DISPATCH(count_voxels)({map.values(brick).data(), first_layer, end_layer, first,
                                              look.camera_from_map.col(0), look.camera_from_map.col(1),
-                                             look.camera_from_map.col(2), crossing_, rays_});
+                                             look.camera_from_map.col(2), crossing_, rays_, reach});
 }
 
 }  // namespace headway::nav

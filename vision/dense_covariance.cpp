@@ -38,9 +38,10 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The points of pixels i, i + 1, ... (as many as D has lanes), which lie in one row from column u on.
+/// The points of pixels i, i + 1, ... (as many as D has lanes, which `lane` numbers), which lie in one row
+/// from column u on.
 template <Given kGiven, PixelErrors kErrors, class D>
-HWY_INLINE void points_at(D d, const DenseTask& t, std::size_t i, float u, float y_over_f) {
+HWY_INLINE void points_at(D d, hn::Vec<D> lane, const DenseTask& t, std::size_t i, float u, float y_over_f) {
   using V = hn::Vec<D>;
   const V none = hn::Set(d, std::numeric_limits<float>::quiet_NaN()), zero = hn::Zero(d);
   const V sigma = t.sigma ? hn::LoadU(d, t.sigma + i) : hn::Set(d, t.constant_sigma);
@@ -58,7 +59,7 @@ HWY_INLINE void points_at(D d, const DenseTask& t, std::size_t i, float u, float
   z = hn::IfThenElse(measured, z, none);  // and with it everything below
 
   const V z_over_f = hn::Mul(z, hn::Set(d, t.inverse_focal));
-  const V x = hn::Mul(hn::Sub(hn::Iota(d, u), hn::Set(d, t.cx)), z_over_f);
+  const V x = hn::Mul(hn::Add(lane, hn::Set(d, u - t.cx)), z_over_f);
   const V y = hn::Mul(hn::Set(d, y_over_f), z);
   // Both models are  Sigma = q q^T + h^2 diag(1, 1, 0)  with q along the depth's error and h across: in the
   // paper's the ray midway between the two cameras' pixels errs independently of the disparity.
@@ -87,13 +88,15 @@ template <Given kGiven, PixelErrors kErrors>
 void all_points(const DenseTask& t) {
   const hn::ScalableTag<float> many;
   const hn::CappedTag<float, 1> one;
+  const auto lane = hn::Iota(many, 0);
   const std::size_t lanes = hn::Lanes(many);
   for (std::size_t v = 0; v < t.height; ++v) {
     const float y_over_f = (static_cast<float>(v) - t.cy) * t.inverse_focal;
     std::size_t u = 0, i = v * t.width;
     for (; u + lanes <= t.width; u += lanes, i += lanes)
-      points_at<kGiven, kErrors>(many, t, i, static_cast<float>(u), y_over_f);
-    for (; u < t.width; ++u, ++i) points_at<kGiven, kErrors>(one, t, i, static_cast<float>(u), y_over_f);
+      points_at<kGiven, kErrors>(many, lane, t, i, static_cast<float>(u), y_over_f);
+    for (; u < t.width; ++u, ++i)
+      points_at<kGiven, kErrors>(one, hn::Zero(one), t, i, static_cast<float>(u), y_over_f);
   }
 }
 
