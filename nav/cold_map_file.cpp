@@ -17,7 +17,7 @@ namespace headway::nav {
 namespace {
 
 constexpr std::string_view kMagic = "headway map ";
-constexpr std::uint64_t kOldestVersion = 1;  // without surfaces
+constexpr std::uint64_t kOldestVersion = 1, kFirstWithSurfaces = 2, kFirstWithRays = 3;
 constexpr std::uint64_t kPlaces = std::uint64_t{1} << 3 * kLevelsAboveBrick;
 
 /// Writes and sums up.
@@ -117,7 +117,7 @@ void read_floats(Reader& in, std::array<float, kCount>& into) {
   for (float& f : into) f = std::bit_cast<float>(static_cast<std::uint32_t>(in.number(4)));
 }
 
-void read_surfaces(Reader& in, SurfacePoints& surfaces) {
+void read_surfaces(Reader& in, std::uint64_t version, SurfacePoints& surfaces) {
   std::uint64_t before = 0;
   const std::uint64_t voxels = in.number();
   for (std::uint64_t i = 0; i < voxels; ++i) {
@@ -130,6 +130,7 @@ void read_surfaces(Reader& in, SurfacePoints& surfaces) {
     voxel.weight = sums[0], voxel.count = sums[1], voxel.doubt = sums[2];
     read_floats(in, voxel.first);
     read_floats(in, voxel.second);
+    if (version >= kFirstWithRays) read_floats(in, voxel.rays);
     if (!surfaces.restore(voxel)) in.damaged("a surface that cannot be, or one too many");
   }
 }
@@ -152,6 +153,7 @@ void write_map_file(const SeenBricks& map, const SurfacePoints& surfaces, std::o
     for (const float f : {voxel.weight, voxel.count, voxel.doubt}) file.bytes(little_endian(f).text());
     for (const float f : voxel.first) file.bytes(little_endian(f).text());
     for (const float f : voxel.second) file.bytes(little_endian(f).text());
+    for (const float f : voxel.rays) file.bytes(little_endian(f).text());
   }
   file.sum();
 }
@@ -164,7 +166,7 @@ SavedMap read_saved_map(std::istream& stream, const std::string& file, std::size
   Reader in(stream, file);
   const std::uint64_t version = read_version(in);
   SavedMap saved(read_bricks(in, most_bricks));
-  if (version > kOldestVersion) read_surfaces(in, saved.surfaces);
+  if (version >= kFirstWithSurfaces) read_surfaces(in, version, saved.surfaces);
   in.check_sum();
   return saved;
 }

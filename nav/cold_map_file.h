@@ -4,7 +4,8 @@
 // The line "headway map VERSION", then little-endian: resolution [m] (double), number of bricks (64 bits);
 // for each brick, in rising order, its tree_order (64 bits) and its 512 values; since version 2, number of
 // surface voxels (64 bits), and for each, in rising order, its key (64 bits; see SurfaceVoxel) and weight,
-// count, doubt, first and second sums (12 floats); CRC-32 of all before.
+// count, doubt, first and second sums (12 floats), since version 3 those of rays (3 floats); CRC-32 of all
+// before.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +20,9 @@
 
 namespace headway::nav {
 
-/// The version that is written. Version 1 is read, too: it knows no surfaces.
-inline constexpr int kMapFileVersion = 2;
+/// The version that is written. Older ones are read, too: version 1 knows no surfaces, version 2 not from
+/// which side they were seen.
+inline constexpr int kMapFileVersion = 3;
 
 /// A map, and the surfaces that localisation aligns views with.
 struct SavedMap {

@@ -24,6 +24,7 @@ constexpr double kMostTilt = 0.1;            // of a normal that says anything [
 constexpr double kNeighbours = 9;            // voxels on a plane that share the points of one
 constexpr double kReach = 3;                 // sigmas off a plane that its points lie within
 constexpr std::array kBeside = {1.25, 2.0};  // voxels off a plane; a side is empty where both are
+constexpr double kOneSided = 0.2;            // cosine of the mean ray that meets a plane, at least
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
 constexpr int kKeyBits = 21;  // of each coordinate
 constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
@@ -45,9 +46,10 @@ bool possible(const SurfaceVoxel& v, double resolution) {
   return v.key != 0 && v.key >> 3 * kKeyBits == 0 && v.weight > 0 && std::isfinite(v.weight) &&
          v.count >= 1 && std::isfinite(v.count) && v.doubt >= 0 && std::isfinite(v.doubt) &&
          std::ranges::all_of(v.first, [&](float f) { return within(f, reach); }) && xx >= 0 && yy >= 0 &&
-         zz >= 0 && std::ranges::all_of(v.second, [&](float f) {
-           return within(f, reach * static_cast<float>(resolution));
-         });
+         zz >= 0 &&
+         std::ranges::all_of(v.second,
+                             [&](float f) { return within(f, reach * static_cast<float>(resolution)); }) &&
+         std::ranges::all_of(v.rays, [&](float f) { return within(f, 1.01F * v.weight); });
 }
 
 }  // namespace
@@ -56,7 +58,7 @@ bool possible(const SurfaceVoxel& v, double resolution) {
 struct SurfacePoints::Sums {
   double weight = 0, doubt = 0;
   float count = 0;
-  Vector3d first = Vector3d::Zero();
+  Vector3d first = Vector3d::Zero(), rays = Vector3d::Zero();
   Matrix3d second = Matrix3d::Zero();
 
   void add(const SurfaceVoxel& voxel, const Vector3d& middle) {
@@ -69,6 +71,7 @@ struct SurfacePoints::Sums {
     doubt += w * static_cast<double>(voxel.doubt);
     count += voxel.count;
     first += s + w * middle;
+    rays += Eigen::Map<const Eigen::Vector3f>(voxel.rays.data()).cast<double>();
     second += spread + s * middle.transpose() + middle * s.transpose() + w * middle * middle.transpose();
   }
 
@@ -96,22 +99,31 @@ struct SurfacePoints::Sums {
     const Matrix3d tilt = axes.eigenvectors().rightCols<2>() *
                           Eigen::Vector2d(tilt_variance(1), tilt_variance(2)).asDiagonal() *
                           axes.eigenvectors().rightCols<2>().transpose();
+    // Rays to both faces of a thin thing cancel out, and maps of old files hold none.
+    Vector3d normal = axes.eigenvectors().col(0);
+    const double towards = -normal.dot(rays) / weight;
+    const bool sided = std::abs(towards) >= kOneSided;
+    if (towards < 0) normal = -normal;
     return SurfacePlane{.point = origin + mean,
-                        .normal = axes.eigenvectors().col(0),
+                        .normal = normal,
                         .sigma = 1 / std::sqrt(weight),
                         .tilt = tilt,
-                        .doubt = off};
+                        .doubt = off,
+                        .sided = sided};
   }
 };
 
 SurfacePoints::SurfacePoints(double resolution, std::size_t most_voxels)
     : resolution_(resolution), most_(std::bit_ceil(most_voxels)), cells_(std::min(kFirstSize, 2 * most_)) {}
 
-void SurfacePoints::Cell::add(const Eigen::Vector3f& d, float w) {
+void SurfacePoints::Cell::add(const Eigen::Vector3f& d, float w, const Eigen::Vector3f& ray) {
   weight += w;
   count += 1;
   const Eigen::Vector3f v = w * d;
-  for (int i = 0; i < 3; ++i) first[static_cast<std::size_t>(i)] += v[i];
+  for (int i = 0; i < 3; ++i) {
+    first[static_cast<std::size_t>(i)] += v[i];
+    rays[static_cast<std::size_t>(i)] += w * ray[i];
+  }
   second[0] += v.x() * d.x();
   second[1] += v.x() * d.y();
   second[2] += v.x() * d.z();
@@ -201,7 +213,8 @@ bool SurfacePoints::restore(const SurfaceVoxel& voxel) {
 void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d& map_from_camera,
                         const VoxelMap& map, const PoseVariance& pose) {
   for (const Patch& patch : patches) {
-    const Eigen::Vector3d point = map_from_camera * patch.point;
+    const Eigen::Vector3d ray = map_from_camera.linear() * patch.point,
+                          point = map_from_camera.translation() + ray;
     const VoxelMap::Index voxel = map.index(point);
     if (!map.contains(voxel)) continue;
     const VoxelMap::Index absolute = voxel + map.first_key();
@@ -218,8 +231,18 @@ void SurfacePoints::add(std::span<const Patch> patches, const Eigen::Isometry3d&
     if (cell == nullptr) continue;
     if (cell->weight <= 0) cell->doubt = doubt;
     cell->add((point - map.centre(voxel)).cast<float>(),
-              static_cast<float>(std::min(1 / (sigma * sigma), kMostOfOne)));
+              static_cast<float>(std::min(1 / (sigma * sigma), kMostOfOne)), ray.normalized().cast<float>());
   }
+}
+
+/// Whether both sides are empty: of a thing so thin, noise mixes the points of both faces.
+bool SurfacePoints::between_empty(const SurfacePlane& plane, const VoxelMap& map) const {
+  const auto empty = [&](double side) {
+    return std::ranges::all_of(kBeside, [&](double voxels) {
+      return map.at_point(plane.point + side * voxels * resolution_ * plane.normal) == Voxel::kEmpty;
+    });
+  };
+  return empty(1) && empty(-1);
 }
 
 /// Over the points in the voxels of a box.
@@ -234,25 +257,12 @@ SurfacePoints::Sums SurfacePoints::sums_of(const Box& box) const {
   return sums;
 }
 
-/// Turns the normal to the side that is empty, if one alone is. False where both are.
-bool SurfacePoints::take_side(SurfacePlane& plane, const VoxelMap& map) const {
-  const auto empty = [&](double side) {
-    return std::ranges::all_of(kBeside, [&](double voxels) {
-      return map.at_point(plane.point + side * voxels * resolution_ * plane.normal) == Voxel::kEmpty;
-    });
-  };
-  const bool ahead = empty(1), behind = empty(-1);
-  plane.sided = ahead != behind;
-  if (behind) plane.normal = -plane.normal;
-  return !(ahead && behind);
-}
-
 std::optional<SurfacePlane> SurfacePoints::plane(const VoxelMap::Index& voxel, const VoxelMap& map) const {
   const VoxelMap::Index first = voxel - VoxelMap::Index::Ones();
   const Sums sums = sums_of({first + map.first_key(), VoxelMap::Index::Constant(3)});
   if (sums.count < kFewest) return std::nullopt;
   auto plane = sums.plane(map.centre(first), kFlat * resolution_, kWide * resolution_);
-  if (!plane || map.at_point(plane->point) != Voxel::kOccupied || !take_side(*plane, map))
+  if (!plane || map.at_point(plane->point) != Voxel::kOccupied || between_empty(*plane, map))
     return std::nullopt;
   plane->sigma *= std::sqrt(kNeighbours);
   return plane;
@@ -295,7 +305,7 @@ std::optional<SurfacePlane> SurfacePoints::block_plane(const VoxelMap::Index& bl
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x)
         if (map.at(middle + VoxelMap::Index(x, y, z)) == Voxel::kOccupied)
-          return take_side(*plane, map) ? plane : std::nullopt;
+          return between_empty(*plane, map) ? std::nullopt : plane;
   return std::nullopt;
 }
 

@@ -40,6 +40,7 @@ struct SurfaceVoxel {
   float doubt = 0;                ///< variance that all of it has by its first look [m^2]
   std::array<float, 3> first{};   ///< of w d [m]
   std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
+  std::array<float, 3> rays{};    ///< of w times the ray that met it, away from the eye, of length 1
 
   friend bool operator==(const SurfaceVoxel&, const SurfaceVoxel&) = default;
 };
@@ -49,7 +50,7 @@ struct SurfaceVoxel {
 /// is known better, or by a matcher from nearer) replaces it.
 class SurfacePoints {
  public:
-  /// `resolution`: of the map [m]. Keeps at most `most_voxels` (64 bytes each).
+  /// `resolution`: of the map [m]. Keeps at most `most_voxels` (72 bytes each).
   explicit SurfacePoints(double resolution, std::size_t most_voxels = std::size_t{1} << 18);
 
   /// Adds the patches of a view that has been integrated into `map`. Points in voxels that the map is sure
@@ -59,7 +60,7 @@ class SurfacePoints {
 
   /// The plane of the surface at or beside a voxel of `map`. Nothing where the points of the 3x3x3 voxels
   /// around are too few or not flat, or where the map says that their mean is not occupied (any more), or
-  /// that both sides of it are empty: of a thing so thin, it cannot be told which of its faces was seen.
+  /// that both sides of it are empty: of a thing so thin, noise mixes the points of both faces.
   std::optional<SurfacePlane> plane(const VoxelMap::Index& voxel, const VoxelMap& map) const;
 
   static constexpr int kBlock = 4;  ///< voxels along an edge
@@ -86,7 +87,7 @@ class SurfacePoints {
  private:
   struct Cell : SurfaceVoxel {
     void forget() { static_cast<SurfaceVoxel&>(*this) = {.key = key}; }
-    void add(const Eigen::Vector3f& d, float w);
+    void add(const Eigen::Vector3f& d, float w, const Eigen::Vector3f& ray);
   };
 
   struct Sums;
@@ -95,7 +96,7 @@ class SurfacePoints {
   };
   Sums sums_of(const Box& box) const;
   Box uncut(const SurfacePlane& plane, double sigma, const Box& block, const VoxelMap& map) const;
-  bool take_side(SurfacePlane& plane, const VoxelMap& map) const;
+  bool between_empty(const SurfacePlane& plane, const VoxelMap& map) const;
   bool admit(const VoxelMap::Index& absolute, float doubt);
   static std::uint64_t key_of(const VoxelMap::Index& absolute);
   std::size_t place(std::uint64_t key) const;

@@ -79,6 +79,7 @@ SurfacePoints any_surfaces(double resolution) {
     for (float& f : v.first) f = reach * share();
     for (float& f : v.second) f = reach * static_cast<float>(resolution) * share();
     for (const std::size_t k : {0U, 3U, 5U}) v.second[k] = std::abs(v.second[k]);
+    for (float& f : v.rays) f = v.weight * share();
     surfaces.restore(v);
   }
   return surfaces;
@@ -101,7 +102,7 @@ RC_GTEST_PROP(ColdMapFile, GivesBackSurfacesThatWereWritten, ()) {
   RC_ASSERT(read.surfaces.saved() == surfaces.saved());
 }
 
-RC_GTEST_PROP(ColdMapFile, OfTheVersionBeforeIsReadWithoutSurfaces, ()) {
+RC_GTEST_PROP(ColdMapFile, OfVersion1IsReadWithoutSurfaces, ()) {
   const ColdMap map = any_cold_map();
   std::string bytes = written(map);
   bytes[12] = '1';
@@ -109,6 +110,24 @@ RC_GTEST_PROP(ColdMapFile, OfTheVersionBeforeIsReadWithoutSurfaces, ()) {
   const SavedMap read = read_saved_map(in, "old.hmap");
   RC_ASSERT(read.map == map);
   RC_ASSERT(read.surfaces.voxels() == 0U);
+}
+
+RC_GTEST_PROP(ColdMapFile, OfVersion2IsReadWithoutRays, ()) {
+  constexpr std::size_t kVoxel = 68, kOfRays = 12;
+  const ColdMap map = any_cold_map();
+  const SurfacePoints surfaces = any_surfaces(map.resolution());
+  std::ostringstream out;
+  write_map_file(map, surfaces, out);
+  std::vector<SurfaceVoxel> expected = surfaces.saved();
+  std::string bytes = out.str().substr(0, out.str().size() - 4);
+  bytes[12] = '2';
+  for (std::size_t i = 0, end = bytes.size(); i < expected.size(); ++i, end -= kVoxel)
+    bytes.erase(end - kOfRays, kOfRays);
+  for (SurfaceVoxel& voxel : expected) voxel.rays = {};
+  std::istringstream in(with_sum(bytes));
+  const SavedMap read = read_saved_map(in, "old.hmap");
+  RC_ASSERT(read.map == map);
+  RC_ASSERT(read.surfaces.saved() == expected);
 }
 
 RC_GTEST_PROP(ColdMapFile, NoticesEveryBitThatTurns, ()) {
@@ -135,10 +154,10 @@ TEST(ColdMapFile, IsTheSameForTheSameMapInAWindow) {
 
 TEST(ColdMapFile, OfAnotherVersionIsRefusedWithWhatToDo) {
   std::string bytes = written(one_brick());
-  EXPECT_THAT(bytes, StartsWith("headway map 2\n"));
-  bytes[12] = '3';
+  EXPECT_THAT(bytes, StartsWith("headway map 3\n"));
+  bytes[12] = '4';
   EXPECT_THAT(complaint(bytes),
-              AllOf(StartsWith("some.hmap: is a map of version 3, and this program reads versions 1 to 2"),
+              AllOf(StartsWith("some.hmap: is a map of version 4, and this program reads versions 1 to 3"),
                     HasSubstr("a newer Headway"), HasSubstr("headway map convert")));
   bytes[12] = '0';
   EXPECT_THAT(complaint(bytes), HasSubstr("an older Headway"));
@@ -146,20 +165,21 @@ TEST(ColdMapFile, OfAnotherVersionIsRefusedWithWhatToDo) {
 
 TEST(ColdMapFile, RefusesSurfacesThatCannotBe) {
   SurfacePoints surfaces(0.05);
-  const SurfaceVoxel good{.key = 7, .weight = 100, .count = 2, .doubt = 0, .first = {1, 0, -1}, .second = {}};
+  const SurfaceVoxel good{
+      .key = 7, .weight = 100, .count = 2, .doubt = 0, .first = {1, 0, -1}, .second = {}, .rays = {}};
   ASSERT_TRUE(surfaces.restore(good));
   std::ostringstream out;
   write_map_file(one_brick(), surfaces, out);
   const std::string body = out.str().substr(0, out.str().size() - 4);
-  const std::size_t voxel = body.size() - 56;
+  const std::size_t voxel = body.size() - 68;
   const auto changed = [&](std::size_t at, const std::string& to) {
     return complaint(with_sum(std::string(body).replace(at, to.size(), to)));
   };
   EXPECT_EQ(changed(0, "h"), "accepted");
   const std::string nan("\0\0\xc0\x7f", 4), huge("\0\0\0\x7f", 4), minus("\0\0\x80\xbf", 4);
-  for (const std::size_t at : {8U, 12U, 16U, 20U, 32U, 52U})
+  for (const std::size_t at : {8U, 12U, 16U, 20U, 32U, 52U, 56U, 64U})
     EXPECT_THAT(changed(voxel + at, nan), HasSubstr("a surface that cannot be")) << at;
-  for (const std::size_t at : {20U, 32U})
+  for (const std::size_t at : {20U, 32U, 56U})
     EXPECT_THAT(changed(voxel + at, huge), HasSubstr("a surface that cannot be")) << at;
   for (const std::size_t at : {8U, 12U, 16U, 32U})
     EXPECT_THAT(changed(voxel + at, minus), HasSubstr("a surface that cannot be")) << at;
@@ -177,8 +197,8 @@ TEST(ColdMapFile, SaysWhatIsWrong) {
   constexpr std::size_t kResolution = 14, kCount = 22, kOrder = 30;
   const std::string nan("\0\0\0\0\0\0\xf8\x7f", 8), many(8, '\xff');
   EXPECT_THAT(complaint(""), HasSubstr("ends too early"));
-  EXPECT_THAT(complaint("# Octomap OcTree file\n"), HasSubstr("expected 'headway map 2' in the first line"));
-  EXPECT_THAT(complaint("headway map one\n"), HasSubstr("expected 'headway map 2'"));
+  EXPECT_THAT(complaint("# Octomap OcTree file\n"), HasSubstr("expected 'headway map 3' in the first line"));
+  EXPECT_THAT(complaint("headway map one\n"), HasSubstr("expected 'headway map 3'"));
   EXPECT_THAT(complaint(changed(kResolution, nan)), HasSubstr("a resolution of nan m"));
   EXPECT_THAT(complaint(changed(kCount, many)), HasSubstr("claims 18446744073709551615 bricks"));
   const std::string surfaces(8, '\0'), bricks = body.substr(0, body.size() - surfaces.size());

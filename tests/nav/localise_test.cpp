@@ -174,16 +174,23 @@ TEST(Localiser, RefusesToMoveAlongACorridor) {
   EXPECT_LT(a.information(0, 0), 1e-3 * a.information(1, 1));
 }
 
+// Wherever the wall stands in its voxels and blocks.
 TEST(Localiser, DoesNotTakeOneFaceOfAThinWallForTheOther) {
-  SyntheticRoom room = open_place();
-  room.solids = {{{0.9, -3, 0}, {1.0, 3, 3}}};
-  KnownRoom known(room);
-  const Vector3d here(-0.6, 0, 1.4), there(2.4, 0, 1.4);
-  known.look_around(here, 0, -0.6, 0.6);
-  ASSERT_TRUE(known.align(camera_pose(here, 0, 0.1), Vector3d::Zero(), 77, {0.05, 0.05, 0.02}));
-  const Alignment a =
-      known.align(camera_pose(there, std::numbers::pi, 0.1), Vector3d::Zero(), 78, {0.05, 0.05, 0.02});
-  EXPECT_EQ(a.aligned, Aligned::kFewPatches);
+  const Vector3d here(-0.6, 0, 1.4), there(2.6, 0, 1.4), sigma(0.05, 0.05, 0.02);
+  const Isometry3d ahead = camera_pose(here, 0, 0.1), back = camera_pose(there, std::numbers::pi, 0.1);
+  for (double face = 0.9; face < 1.105; face += 0.04) {
+    SyntheticRoom room = open_place();
+    room.solids = {{{face, -3, 0}, {face + 0.1, 3, 3}}};
+    KnownRoom known(room);
+    known.look_around(here, 0, -0.6, 0.6);
+    ASSERT_TRUE(known.align(ahead, Vector3d::Zero(), 77, sigma)) << face;
+    EXPECT_EQ(known.align(back, Vector3d::Zero(), 78, sigma).aligned, Aligned::kFewPatches) << face;
+    for (std::uint64_t view = 0; view < 6; ++view) known.learn(back, 100 + view);
+    for (const Isometry3d& pose : {ahead, back}) {
+      const Alignment a = known.align(pose, {0.02, 0, 0}, 79, sigma);
+      EXPECT_TRUE(!a || std::abs(a.change.x() - 0.02) < 0.01) << a.change.x() << " with both faces known";
+    }
+  }
 }
 
 TEST(Localiser, LearnsNothingFromTheFloor) {
