@@ -262,18 +262,16 @@ void add_next_view(CLI::App& app, Run& run_command) {
       ->required()
       ->type_name("FILE");
   command->add_option("--out", options->out, kOutHelp)->required()->type_name("DIR");
-  command->add_option("--at", options->at, "X,Y[,YAW]: where the robot stands [m, deg]")
+  command->add_option("--at", options->at, "Where the robot stands [m, deg]")
       ->delimiter(',')
       ->expected(2, 3)
       ->check(finite_in(-2000, 2000))
-      ->capture_default_str();
-  command
-      ->add_option("--head", options->head,
-                   "PAN,TILT: where the head looks now [deg]; left and down are positive")
+      ->option_text("X,Y[,YAW]=0,0,0");
+  command->add_option("--head", options->head, "Where the head looks now [deg]; left and down are positive")
       ->delimiter(',')
       ->expected(2)
       ->check(finite_in(-180, 180))
-      ->capture_default_str();
+      ->option_text("PAN,TILT=0,0");
   command->add_option("--robot", options->robot, "Robot file")->type_name("FILE")->capture_default_str();
   command->add_option("--most", options->most, "So many looks are printed, and so many walks worked out")
       ->check(CLI::Range(1, 100))

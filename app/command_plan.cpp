@@ -61,6 +61,8 @@ int run(const Options& options) {
   fmt::print("{}\n", out.list());
   if (const std::string why = complaint(walk, robot.mission.gait); !why.empty()) {
     fmt::print("{}\n", why);
+    if (!walk.plan && !goal.near)
+      fmt::print("with --near the way leads to the reachable place nearest to the goal\n");
     return kNotReached;
   }
   if (const std::string shortfall = nav::describe_shortfall(walk.plan, goal); !shortfall.empty())
@@ -88,10 +90,11 @@ void add_plan(CLI::App& app, Run& run_command) {
         ->required()
         ->delimiter(',')
         ->expected(2, 3)
+        ->option_text("X,Y[,YAW] REQUIRED")
         ->check(finite_in(-100000, 100000));
   };
-  place("--from", options->from, "X,Y[,YAW]: where the robot stands [m, deg]");
-  place("--to", options->to, "X,Y[,YAW]: where it is to go [m, deg]; without YAW it may face anywhere");
+  place("--from", options->from, "Where the robot stands [m, deg]");
+  place("--to", options->to, "Where it is to go [m, deg]; without YAW it may face anywhere");
   command->add_flag(
       "--near", options->near,
       "Where no way leads there, go to the reachable place nearest to it (straight over the floor)");

@@ -101,6 +101,8 @@ int run(const Options& options) {
   fmt::print("{}: {}{}{}; {:.2f} m in {:.1f} s, {} steps, {} replans, goal error {:.3f} m\n", world.name,
              outcome.end, outcome.reason.empty() ? "" : ": ", outcome.reason, outcome.walked, outcome.seconds,
              session.steps().size(), counts.replans, outcome.goal_error);
+  if (!options.near && outcome.reason.starts_with("no way"))
+    fmt::print("with --near the robot walks to the reachable place nearest to the goal\n");
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
   return outcome.arrived ? kSuccess : kNotReached;
@@ -114,9 +116,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       "sim", "Run the whole program on a simulated robot: look around, map, plan, walk, replan, arrive");
   command->add_option("world", options->world, "World file, e.g. config/worlds/lab.yaml")->required();
   command->add_option("--out", options->out, kOutHelp)->required();
-  command->add_option("--goal", options->goal, "X,Y[,YAW]: where to go [m, deg]; default: the world's goal")
+  command->add_option("--goal", options->goal, "Where to go [m, deg]; default: the world's goal")
       ->delimiter(',')
       ->expected(2, 3)
+      ->option_text("X,Y[,YAW]")
       ->check(finite_in(-500, 500));
   command->add_option(
       "--map", options->map,

@@ -21,7 +21,8 @@ void make_folder(const std::filesystem::path& folder) {
   std::error_code error, unknown;
   std::filesystem::create_directories(folder, error);
   if (!std::filesystem::is_directory(folder, unknown))
-    config::fail_to_write(folder, "cannot be made a folder", error ? error.value() : ENOTDIR);
+    config::fail_to_write(folder, "cannot be made the folder that --out names",
+                          error ? error.value() : ENOTDIR);
   // Asking for permissions would be wrong for root and on read-only disks; only trying tells.
   const std::filesystem::path probe = folder / ".writable";
   errno = 0;

@@ -76,7 +76,10 @@ void check_yaml(const std::string& text, const std::string& file, const YamlLimi
     while (parser.HandleNextDocument(census)) {
     }
   } catch (const YAML::Exception& e) {
-    throw InputError(fmt::format("{}: not valid YAML: {}", place(file, e.mark), one_line(e.msg)));
+    throw InputError(
+        fmt::format("{}: not valid YAML: {}; look there and above for an open bracket or quote, or a line "
+                    "that is indented otherwise",
+                    place(file, e.mark), one_line(e.msg)));
   }
 }
 
