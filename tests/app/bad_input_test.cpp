@@ -208,7 +208,8 @@ TEST(BadInput, AnOutFolderWhoseNameIsTooLongIsNamed) {
   const Outcome result =
       run_headway(sim_of(kTree / "config/worlds/lab.yaml", folder / std::string(300, 'x')));
   EXPECT_EQ(result.code, kBadInput);
-  EXPECT_NE(result.error.find("xxx: cannot be made the folder that --out names"), std::string::npos) << result.error;
+  EXPECT_NE(result.error.find("xxx: cannot be made the folder that --out names"), std::string::npos)
+      << result.error;
 }
 
 /// Cuts, overwrites, doubles or swaps pieces of a text.
