@@ -35,7 +35,7 @@ struct IntegrationConfig {
   /// Hits reach this many sigma to both sides of the surface. Samples are means over several pixels, whose
   /// own sigma is about half a pixel's where noise is correlated as matchers correlate it; more only thickens
   /// walls.
-  double hit_sigmas = 0.53;
+  double hit_sigmas = 0.5;
   /// Share of a full hit for the voxel that holds a measured point, however wide sigma is. In a view without
   /// inlier weights such a hit makes any voxel occupied.
   double least_hit = 0.5;
