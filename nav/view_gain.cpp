@@ -1,9 +1,9 @@
 #include "nav/view_gain.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -28,22 +28,11 @@ namespace {
 struct GainTask {
   const LogOdds* values;
   int first_layer, end_layer;
-  Eigen::Vector3f first, dx, dy,
-      dz;  // the centre of voxel (0, 0, 0), and the way to the next along each axis
+  // The centre of voxel (0, 0, 0), and the way to the next along each axis.
+  Eigen::Vector3f first, dx, dy, dz;
   std::span<const Eigen::Vector4f> rows;
   const RayImage& rays;
   ReachBounds reach;  // of the rays that meet the brick
-};
-
-/// n p + d at the voxels' centres p.
-struct Slope {
-  float at_first, dx, dy, dz;
-
-  Slope(const GainTask& t, const Eigen::Vector3f& n, float d)
-      : at_first(n.dot(t.first) + d), dx(n.dot(t.dx)), dy(n.dot(t.dy)), dz(n.dot(t.dz)) {}
-  float at(int x, int y, int z) const {
-    return at_first + static_cast<float>(x) * dx + static_cast<float>(y) * dy + static_cast<float>(z) * dz;
-  }
 };
 
 }  // namespace
@@ -56,50 +45,69 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, VoxelMap::kBrickEdge>;
 using V = hn::Vec<Tag>;
 
-/// A bit for each voxel that may still count, and one for each whose ray must be asked. A vector's lanes are
-/// the lowest bits of a byte; a row of a brick takes as many bytes as it takes vectors.
-struct Marks {
-  std::uint8_t counts[VoxelMap::kBrickVoxels], unsure[VoxelMap::kBrickVoxels];
+/// n p + d at the voxels' centres p.
+struct Slope {
+  float at_first, dx, dy, dz;
+
+  Slope(const GainTask& t, const Eigen::Vector3f& n, float d)
+      : at_first(n.dot(t.first) + d), dx(n.dot(t.dx)), dy(n.dot(t.dy)), dz(n.dot(t.dz)) {}
+  float at(int x, int y, int z) const {
+    return at_first + static_cast<float>(x) * dx + static_cast<float>(y) * dy + static_cast<float>(z) * dz;
+  }
 };
 
-/// Visits the vectors of all rows: their byte, and a slope's values.
+/// A bit for each voxel that may count, and one for each whose ray must be asked. A vector's lanes are the
+/// lowest bits of a byte; a row of a brick takes as many bytes as it takes vectors.
+struct Marks {
+  std::uint8_t may_count[VoxelMap::kBrickVoxels], ask_ray[VoxelMap::kBrickVoxels];
+};
+
+/// Visits the vectors of all rows: the number of their byte, and where they begin in the brick.
 template <class Visit>
-HWY_INLINE void along_rows(const GainTask& t, const Slope& slope, const Visit& visit) {
-  const Tag d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const V along = hn::Mul(hn::Iota(d, 0), hn::Set(d, slope.dx));
+HWY_INLINE void for_each_vector(const GainTask& t, const Visit& visit) {
+  constexpr int kEdge = VoxelMap::kBrickEdge;
+  const int lanes = static_cast<int>(hn::Lanes(Tag()));
   std::size_t byte = 0;
-  for (int z = t.first_layer; z < t.end_layer; ++z) {
-    for (int y = 0; y < VoxelMap::kBrickEdge; ++y)
-      for (int x = 0; x < VoxelMap::kBrickEdge; x += lanes)
-        visit(byte++, hn::Add(along, hn::Set(d, slope.at(x, y, z))));
-  }
+  for (int z = t.first_layer; z < t.end_layer; ++z)
+    for (int y = 0; y < kEdge; ++y)
+      for (int x = 0; x < kEdge; x += lanes) visit(byte++, x, y, z);
 }
 
-template <class Mask>
-HWY_INLINE std::uint8_t bits(const Mask& mask) {
+/// A slope's values at the voxels of a vector.
+class Values {
+ public:
+  explicit HWY_INLINE Values(const Slope& slope)
+      : slope_(slope), along_(hn::Mul(hn::Iota(Tag(), 0), hn::Set(Tag(), slope.dx))) {}
+  HWY_INLINE V operator()(int x, int y, int z) const {
+    return hn::Add(along_, hn::Set(Tag(), slope_.at(x, y, z)));
+  }
+
+ private:
+  Slope slope_;
+  V along_;  ///< Iota goes by way of memory: made for each vector, it would stall
+};
+
+HWY_INLINE std::uint8_t bits_of(hn::Mask<Tag> mask) {
   std::uint8_t stored[8] = {};
   hn::StoreMaskBits(Tag(), mask, stored);
   return stored[0];
 }
 
-// However bricks are ordered, four voxels along x stand side by side.
 HWY_INLINE void mark_unseen(const GainTask& t, Marks& marks) {
   const Tag d;
-  const hn::Rebind<std::int8_t, Tag> bytes;
+  const hn::Rebind<std::int8_t, Tag> d8;
   const hn::Rebind<std::int32_t, Tag> whole;
-  const std::size_t lanes = hn::Lanes(d);
   const auto unseen = hn::Set(whole, log_odds::kUnseen);
-  std::size_t byte = 0;
-  std::int8_t in_row[VoxelMap::kBrickEdge];
-  for (int row = 8 * t.first_layer; row < 8 * t.end_layer; ++row) {
-    std::memcpy(in_row, t.values + VoxelMap::in_brick(0, row & 7, row >> 3), 4);
-    std::memcpy(in_row + 4, t.values + VoxelMap::in_brick(4, row & 7, row >> 3), 4);
-    for (std::size_t x = 0; x < 8; x += lanes) {
-      const auto values = hn::PromoteTo(whole, hn::LoadU(bytes, in_row + x));
-      marks.counts[byte++] = bits(hn::RebindMask(d, hn::Eq(values, unseen)));
+  std::int8_t row[VoxelMap::kBrickEdge];
+  for_each_vector(t, [&](std::size_t byte, int x, int y, int z) HWY_ATTR {
+    // However bricks are ordered, four voxels along x stand side by side.
+    if (x == 0) {
+      std::memcpy(row, t.values + VoxelMap::in_brick(0, y, z), 4);
+      std::memcpy(row + 4, t.values + VoxelMap::in_brick(4, y, z), 4);
     }
-  }
+    const auto values = hn::PromoteTo(whole, hn::LoadU(d8, row + x));
+    marks.may_count[byte] = bits_of(hn::RebindMask(d, hn::Eq(values, unseen)));
+  });
 }
 
 HWY_INLINE hn::Mask<Tag> in_front(const GainTask& t, const V& x, const V& y, const V& z) {
@@ -120,32 +128,28 @@ std::size_t count_voxels(const GainTask& t) {
   const Tag d;
   Marks marks;
   mark_unseen(t, marks);
-  for (const Eigen::Vector4f& row : t.rows)
-    along_rows(t, Slope(t, row.head<3>(), row.w()), [&](std::size_t byte, const V& side) HWY_ATTR {
-      marks.counts[byte] &= bits(hn::Ge(side, hn::Zero(d)));
+  // Within the field.
+  for (const Eigen::Vector4f& row : t.rows) {
+    const Values side(Slope(t, row.head<3>(), row.w()));
+    for_each_vector(t, [&](std::size_t byte, int x, int y, int z) HWY_ATTR {
+      marks.may_count[byte] &= bits_of(hn::Ge(side(x, y, z), hn::Zero(d)));
     });
+  }
+  // Behind the end of all rays that meet the brick, or before the end of all of them: no ray need be asked.
   const V least = hn::Set(d, t.reach.least), most = hn::Set(d, t.reach.most);
-  const Slope depth(t, Eigen::Vector3f::UnitZ(), 0);
-  along_rows(t, depth, [&](std::size_t byte, const V& z) HWY_ATTR {
-    marks.counts[byte] &= bits(hn::Lt(z, most));
-    marks.unsure[byte] = marks.counts[byte] & bits(hn::Ge(z, least));
+  const Values right(Slope(t, Eigen::Vector3f::UnitX(), 0)), down(Slope(t, Eigen::Vector3f::UnitY(), 0)),
+      ahead(Slope(t, Eigen::Vector3f::UnitZ(), 0));
+  for_each_vector(t, [&](std::size_t byte, int x, int y, int z) HWY_ATTR {
+    const V depth = ahead(x, y, z);
+    marks.may_count[byte] &= bits_of(hn::Lt(depth, most));
+    marks.ask_ray[byte] = marks.may_count[byte] & bits_of(hn::Ge(depth, least));
   });
-  const std::array axes = {Slope(t, Eigen::Vector3f::UnitX(), 0), Slope(t, Eigen::Vector3f::UnitY(), 0),
-                           depth};
-  const V lane = hn::Iota(d, 0);
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  std::size_t found = 0, byte = 0;
-  for (int z = t.first_layer; z < t.end_layer; ++z)
-    for (int y = 0; y < VoxelMap::kBrickEdge; ++y)
-      for (int x = 0; x < VoxelMap::kBrickEdge; x += lanes, ++byte) {
-        if (marks.unsure[byte] != 0) {
-          const auto along = [&](const Slope& s) HWY_ATTR {
-            return hn::MulAdd(lane, hn::Set(d, s.dx), hn::Set(d, s.at(x, y, z)));
-          };
-          marks.counts[byte] &= bits(in_front(t, along(axes[0]), along(axes[1]), along(axes[2])));
-        }
-        found += static_cast<std::size_t>(std::popcount(marks.counts[byte]));
-      }
+  std::size_t found = 0;
+  for_each_vector(t, [&](std::size_t byte, int x, int y, int z) HWY_ATTR {
+    if (marks.ask_ray[byte] != 0)
+      marks.may_count[byte] &= bits_of(in_front(t, right(x, y, z), down(x, y, z), ahead(x, y, z)));
+    found += static_cast<std::size_t>(std::popcount(marks.may_count[byte]));
+  });
   return found;
 }
 
