@@ -266,12 +266,12 @@ void add_next_view(CLI::App& app, Run& run_command) {
       ->delimiter(',')
       ->expected(2, 3)
       ->check(finite_in(-2000, 2000))
-      ->option_text("X,Y[,YAW]=0,0,0");
+      ->option_text(fmt::format("X,Y[,YAW]={}", fmt::join(options->at, ",")));
   command->add_option("--head", options->head, "Where the head looks now [deg]; left and down are positive")
       ->delimiter(',')
       ->expected(2)
       ->check(finite_in(-180, 180))
-      ->option_text("PAN,TILT=0,0");
+      ->option_text(fmt::format("PAN,TILT={}", fmt::join(options->head, ",")));
   command->add_option("--robot", options->robot, "Robot file")->type_name("FILE")->capture_default_str();
   command->add_option("--most", options->most, "So many looks are printed, and so many walks worked out")
       ->check(CLI::Range(1, 100))

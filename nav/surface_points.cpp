@@ -24,7 +24,7 @@ constexpr double kMostTilt = 0.1;            // of a normal that says anything [
 constexpr double kNeighbours = 9;            // voxels on a plane that share the points of one
 constexpr double kReach = 3;                 // sigmas off a plane that its points lie within
 constexpr std::array kBeside = {1.25, 2.0};  // voxels off a plane; a side is empty where both are
-constexpr double kOneSided = 0.2;            // cosine of the mean ray that meets a plane, at least
+constexpr double kOneSided = 0.2;            // of the mean direction of looks, along the normal, at least
 constexpr std::size_t kFirstSize = std::size_t{1} << 14;
 constexpr int kKeyBits = 21;  // of each coordinate
 constexpr int kKeyMiddle = 1 << (kKeyBits - 1);
@@ -42,7 +42,7 @@ std::size_t scattered(std::uint64_t key) {
 bool possible(const SurfaceVoxel& v, double resolution) {
   const float xx = v.second[0], yy = v.second[3], zz = v.second[5];
   const float reach = static_cast<float>(resolution) * v.weight;  // with room for rounding
-  const auto within = [](float value, float most) { return std::abs(value) <= most; };  // not when NaN
+  const auto within = [](float value, float most) { return std::isfinite(value) && std::abs(value) <= most; };
   return v.key != 0 && v.key >> 3 * kKeyBits == 0 && v.weight > 0 && std::isfinite(v.weight) &&
          v.count >= 1 && std::isfinite(v.count) && v.doubt >= 0 && std::isfinite(v.doubt) &&
          std::ranges::all_of(v.first, [&](float f) { return within(f, reach); }) && xx >= 0 && yy >= 0 &&
@@ -99,7 +99,7 @@ struct SurfacePoints::Sums {
     const Matrix3d tilt = axes.eigenvectors().rightCols<2>() *
                           Eigen::Vector2d(tilt_variance(1), tilt_variance(2)).asDiagonal() *
                           axes.eigenvectors().rightCols<2>().transpose();
-    // Rays to both faces of a thin thing cancel out, and maps of old files hold none.
+    // Less where both faces of a thin thing were seen alike, or at a graze; maps of old files hold none.
     Vector3d normal = axes.eigenvectors().col(0);
     const double towards = -normal.dot(rays) / weight;
     const bool sided = std::abs(towards) >= kOneSided;

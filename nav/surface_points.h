@@ -22,7 +22,7 @@ struct SurfacePlane {
   double sigma = 0;                                ///< of the mean along the normal [m]
   Eigen::Matrix3d tilt = Eigen::Matrix3d::Zero();  ///< covariance of the normal [rad^2]
   double doubt = 0;    ///< variance that all the place has, by poses and by what patches err alike [m^2]
-  bool sided = false;  ///< seen only from where the normal points to; else it is not known from which side
+  bool sided = false;  ///< seen from where the normal points to; else from both sides, or it is not known
 };
 
 /// How well the pose of a view is known.
@@ -40,17 +40,19 @@ struct SurfaceVoxel {
   float doubt = 0;                ///< variance that all of it has by its first look [m^2]
   std::array<float, 3> first{};   ///< of w d [m]
   std::array<float, 6> second{};  ///< of w d d^T [m^2]: xx, xy, xz, yy, yz, zz
-  std::array<float, 3> rays{};    ///< of w times the ray that met it, away from the eye, of length 1
+  std::array<float, 3> rays{};    ///< of w times the direction from the eye, in the map frame [1/m^2]
 
   friend bool operator==(const SurfaceVoxel&, const SurfaceVoxel&) = default;
 };
+static_assert(sizeof(SurfaceVoxel) == 72);
 
 /// The first looks at a place decide, so that a map does not wander with what is measured by it: a voxel's
 /// mean comes to rest when it is known to a millimetre, and only a look with far less doubt (from a pose that
 /// is known better, or by a matcher from nearer) replaces it.
 class SurfacePoints {
  public:
-  /// `resolution`: of the map [m]. Keeps at most `most_voxels` (72 bytes each).
+  /// `resolution`: of the map [m]. Keeps at most `most_voxels`, rounded up to a power of two,
+  /// of 72 bytes each in a table with room for twice as many.
   explicit SurfacePoints(double resolution, std::size_t most_voxels = std::size_t{1} << 18);
 
   /// Adds the patches of a view that has been integrated into `map`. Points in voxels that the map is sure
