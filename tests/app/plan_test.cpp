@@ -80,6 +80,7 @@ TEST_F(PlanCommand, SaysWhyThereIsNoWay) {
   wall(floor, 1.5);
   EXPECT_EQ(run(floor, {"--from", "0,0", "--to", "3,1"}), kNotReached);
   EXPECT_THAT(said_, HasSubstr("no way to the goal"));
+  EXPECT_THAT(said_, HasSubstr("with --near"));
   const auto r = report();
   EXPECT_FALSE(r["found"]);
   ASSERT_TRUE(r.contains("nearest"));

@@ -294,7 +294,7 @@ TEST(SimSession, StaysWhereItIsWhenThereIsNoWayAndSaysWhy) {
   SimSession session(hrp2(), world("blocked"), range_mode());
   const SimOutcome outcome = session.run();
   EXPECT_EQ(outcome.end, "stopped");
-  EXPECT_NE(outcome.reason.find("no way"), std::string::npos) << outcome.reason;
+  EXPECT_TRUE(outcome.reason.starts_with("no way")) << outcome.reason;
   EXPECT_LT(outcome.walked, 0.01);
 }
 

@@ -10,13 +10,12 @@
 #include <vector>
 
 #include "hal/error.h"
-#include "nav/checksum.h"
 #include "nav/cold_map_file.h"
 #include "nav/floor_columns.h"
 #include "nav/floor_files.h"
-#include "nav/little_endian.h"
 #include "nav/octomap_files.h"
 #include "nav/voxel_cloud_file.h"
+#include "tests/fuzz/old_map_files.h"
 
 namespace headway::fuzz {
 
@@ -31,13 +30,6 @@ inline nav::SavedMap read_floor(const std::string& bytes) {
   std::istringstream image(end == std::string::npos ? "" : bytes.substr(end + 1));
   const nav::FloorMap floor = nav::read_map_server(bytes.substr(0, end), image, "floor.yaml");
   return nav::raise_floor(floor, 1.7, kMostBricks);
-}
-
-/// The contents of a map file, with their checksum.
-inline std::string with_sum(std::string bytes) {
-  nav::Checksum sum;
-  sum.add(bytes);
-  return bytes.append(nav::LittleEndian<4>(sum.value()).text());
 }
 
 /// Every reader of maps; the first byte of an input chooses among them.
@@ -81,16 +73,6 @@ inline bool is_map(const std::string& input) {
   }
 }
 
-/// A map file as the version before surfaces wrote it.
-inline std::string of_version_1(const nav::ColdMap& map) {
-  std::ostringstream file;
-  nav::write_map_file(map, file);
-  std::string bytes = file.str();
-  bytes.resize(bytes.size() - 12);  // no number of surfaces, no checksum
-  bytes[bytes.find('\n') - 1] = '1';
-  return with_sum(bytes);
-}
-
 /// At least one whole input for each reader.
 inline std::vector<std::string> whole_inputs() {
   nav::ColdMap map(0.05);
@@ -106,12 +88,19 @@ inline std::vector<std::string> whole_inputs() {
   nav::write_ot(map, files[1]);
   nav::SurfacePoints surfaces(map.resolution());
   for (std::uint64_t key = 1; key < 4; ++key)
-    surfaces.restore({.key = key, .weight = 1e4F, .count = 2, .doubt = 1e-6F, .first = {}, .second = {}});
+    surfaces.restore({.key = key,
+                      .weight = 1e4F,
+                      .count = 2,
+                      .doubt = 1e-6F,
+                      .first = {},
+                      .second = {},
+                      .rays = {5e3F, 0, -5e3F}});
   nav::write_map_file(map, surfaces, files[2]);
   nav::write_voxel_cloud(map, files[3]);
   std::vector<std::string> inputs;
   for (std::size_t i = 0; i < files.size(); ++i) inputs.push_back(static_cast<char>(i) + files[i].str());
   inputs.push_back('\x02' + of_version_1(map));
+  inputs.push_back('\x02' + of_version_2(map, surfaces));
   inputs.push_back(
       "\x04ply\nformat ascii 1.0\ncomment points\nelement vertex 2\nproperty double x\nproperty float y\n"
       "property short z\nproperty uchar red\nend_header\n0.1 -2 3 255\n1e0 nan 0 7\n");

@@ -2,6 +2,8 @@
 
 #include <limits>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,11 +13,12 @@
 #include "hal/error.h"
 #include "nav/checksum.h"
 #include "nav/voxel_map.h"
+#include "tests/fuzz/old_map_files.h"
 
 namespace headway::nav {
 namespace {
 
-using testing::AllOf, testing::HasSubstr, testing::StartsWith;
+using fuzz::with_sum, testing::AllOf, testing::HasSubstr, testing::StartsWith;
 
 std::string written(const SeenBricks& map) {
   std::ostringstream out;
@@ -33,13 +36,6 @@ std::string complaint(const std::string& bytes) {
     return e.what();
   }
   return "accepted";
-}
-
-std::string with_sum(std::string bytes) {
-  Checksum sum;
-  sum.add(bytes);
-  for (unsigned i = 0; i < 32; i += 8) bytes += static_cast<char>(sum.value() >> i & 255);
-  return bytes;
 }
 
 ColdMap one_brick() {
@@ -104,28 +100,19 @@ RC_GTEST_PROP(ColdMapFile, GivesBackSurfacesThatWereWritten, ()) {
 
 RC_GTEST_PROP(ColdMapFile, OfVersion1IsReadWithoutSurfaces, ()) {
   const ColdMap map = any_cold_map();
-  std::string bytes = written(map);
-  bytes[12] = '1';
-  std::istringstream in(with_sum(bytes.substr(0, bytes.size() - 12)));  // no number of surfaces, no checksum
+  std::istringstream in(fuzz::of_version_1(map));
   const SavedMap read = read_saved_map(in, "old.hmap");
   RC_ASSERT(read.map == map);
   RC_ASSERT(read.surfaces.voxels() == 0U);
 }
 
 RC_GTEST_PROP(ColdMapFile, OfVersion2IsReadWithoutRays, ()) {
-  constexpr std::size_t kVoxel = 68, kOfRays = 12;
   const ColdMap map = any_cold_map();
   const SurfacePoints surfaces = any_surfaces(map.resolution());
-  std::ostringstream out;
-  write_map_file(map, surfaces, out);
-  std::vector<SurfaceVoxel> expected = surfaces.saved();
-  std::string bytes = out.str().substr(0, out.str().size() - 4);
-  bytes[12] = '2';
-  for (std::size_t i = 0, end = bytes.size(); i < expected.size(); ++i, end -= kVoxel)
-    bytes.erase(end - kOfRays, kOfRays);
-  for (SurfaceVoxel& voxel : expected) voxel.rays = {};
-  std::istringstream in(with_sum(bytes));
+  std::istringstream in(fuzz::of_version_2(map, surfaces));
   const SavedMap read = read_saved_map(in, "old.hmap");
+  std::vector<SurfaceVoxel> expected = surfaces.saved();
+  for (SurfaceVoxel& voxel : expected) voxel.rays = {};
   RC_ASSERT(read.map == map);
   RC_ASSERT(read.surfaces.saved() == expected);
 }

@@ -11,6 +11,16 @@
 
 namespace headway::nav {
 
+/// As a map file of version 2 keeps them.
+inline SurfacePoints without_rays(const SurfacePoints& surfaces) {
+  SurfacePoints old(surfaces.resolution());
+  for (SurfaceVoxel voxel : surfaces.saved()) {
+    voxel.rays = {};
+    old.restore(voxel);
+  }
+  return old;
+}
+
 struct KnownRoom {
   explicit KnownRoom(SyntheticRoom room_) : room(std::move(room_)) {}
 

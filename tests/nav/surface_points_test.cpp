@@ -84,20 +84,26 @@ TEST(SurfacePoints, AreNotCutWhereABlockEnds) {
 }
 
 TEST(SurfacePoints, FaceTheSideThatTheyWereSeenFrom) {
-  for (const double x : {1.9, 1.93, 1.97, 2.0}) {
-    SyntheticRoom room = wall_at(4);
-    room.solids = {{{x, -3, 0}, {x + 0.1, 3, 3}}};
-    KnownRoom known(room);
-    for (std::uint64_t view = 0; view < 4; ++view) known.learn(camera_pose(kEye, 0, 0.1), view);
-    const VoxelMap::Index at = known.map.index({x - 1e-9, 0.1, 1.2});
-    for (const auto& plane :
-         {known.surfaces.plane(at, known.map),
-          known.surfaces.block_plane(SurfacePoints::block_of(at + known.map.first_key()), known.map)}) {
-      ASSERT_TRUE(plane) << x;
-      EXPECT_TRUE(plane->sided) << x;
-      EXPECT_LT(plane->normal.x(), -0.9) << x;
+  for (const double x : {1.9, 1.93, 1.97, 2.0})
+    for (const bool from_behind : {false, true}) {
+      SyntheticRoom room = wall_at(4.2);
+      room.solids = {{{x, -3, 0}, {x + 0.1, 3, 3}}};
+      KnownRoom known(room);
+      const Vector3d eye(from_behind ? 4 : 0, 0, 1.4);
+      for (std::uint64_t view = 0; view < 4; ++view)
+        known.learn(camera_pose(eye, from_behind ? std::numbers::pi : 0, 0.1), view);
+      const VoxelMap::Index at = known.map.index({from_behind ? x + 0.1 + 1e-9 : x - 1e-9, 0.1, 1.2});
+      const auto block = SurfacePoints::block_of(at + known.map.first_key());
+      for (const auto& plane :
+           {known.surfaces.plane(at, known.map), known.surfaces.block_plane(block, known.map)}) {
+        ASSERT_TRUE(plane) << x;
+        EXPECT_TRUE(plane->sided) << x;
+        EXPECT_GT(from_behind ? plane->normal.x() : -plane->normal.x(), 0.9) << x;
+      }
+      const auto old = without_rays(known.surfaces).block_plane(block, known.map);
+      ASSERT_TRUE(old) << x;
+      EXPECT_FALSE(old->sided) << "the rays are not known";
     }
-  }
 }
 
 TEST(SurfacePoints, SayNothingOfAThingSoThinThatBothFacesAreOne) {
