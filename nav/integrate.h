@@ -32,9 +32,9 @@ struct BodyBox {
 struct IntegrationConfig {
   /// Voxels are emptied only so many sigma in front of what was measured.
   double free_sigmas = 3;
-  /// Hits reach this many sigma to both sides of the surface. Samples are means over several pixels, whose
-  /// own sigma is about half a pixel's where noise is correlated as matchers correlate it; more only thickens
-  /// walls.
+  /// Hits reach this many sigma to both sides of the surface, and more where sigma exceeds one and a half
+  /// of a voxel's depth. Samples are means over several pixels, whose own sigma is about half a pixel's where
+  /// noise is correlated as matchers correlate it; more only thickens walls.
   double hit_sigmas = 0.5;
   /// Share of a full hit for the voxel that holds a measured point, however wide sigma is. In a view without
   /// inlier weights such a hit makes any voxel occupied.
