@@ -23,6 +23,7 @@ void IntegrationConfig::validate() const {
   };
   check("free_sigmas", free_sigmas, 0, 10);
   check("hit_sigmas", hit_sigmas, 0, 5);
+  check("hit_errors", hit_errors, 0, 5);
   check("least_hit", least_hit, 0.05, 1);
   check("least_weight", least_weight, 0, 1);
   check("supporters", supporters, 0, 8);
@@ -43,7 +44,6 @@ struct Integrator::Scratch {
 Integrator::Integrator(const IntegrationConfig& config)
     : config_(config), scratch_(std::make_unique<Scratch>()) {
   config_.validate();
-  scratch_->classes = SampleClasses(config_);
 }
 Integrator::~Integrator() = default;
 Integrator::Integrator(Integrator&&) noexcept = default;
@@ -73,6 +73,7 @@ IntegrationStats Integrator::integrate(VoxelMap& map, const vision::RangeView& v
   stats.samples = s.samples.used();
   stats.rejected = s.samples.rejected();
   if (stats.samples == 0) return stats;
+  s.classes = SampleClasses(config_.free_sigmas, s.samples.hit_sigmas());
   const auto least_hit = static_cast<LogOdds>(std::lround(config_.least_hit * log_odds::kHit));
   const LogOdds turning_hit = view.weight.empty() ? least_hit : kSureHit;
   const auto least_before_hit = static_cast<LogOdds>(log_odds::kOccupied - turning_hit);

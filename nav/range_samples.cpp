@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "nav/sample_errors.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "nav/range_samples.cpp"
 #include <hwy/foreach_target.h>
@@ -25,7 +27,6 @@ constexpr float kBeyondFar = 1.25F;             // depths are told apart up to s
 constexpr float kBeyondCorner = 0.75F;          // samples
 constexpr float kFall = 0.15F;                  // samples
 constexpr float kKept = 1.1F;                   // of a voxel's thickness is kept from being emptied
-constexpr float kWiderHits = 0.6F;              // more sigmas, where a voxel is nothing beside sigma
 constexpr DepthBounds::Word kOutside = 0xffff;  // of the image: says nothing about what lies inside
 
 /// What describing a row of samples needs.
@@ -103,14 +104,6 @@ HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps, float tap) {
   const V one_sided = hn::IfThenElse(use_down, level_down, level_up);
   const V both = hn::Mul(hn::Add(up, down), set(0.5F));
   return hn::Mul(hn::IfThenElse(central, both, one_sided), set(tap));
-}
-
-/// Sigmas that hits reach to both sides: more where sigma exceeds one and a half of a voxel's depth, for
-/// there it is sigma alone that covers what neighbouring samples err by together. `wide` is sigma's share of
-/// the sum of sigma and half that depth.
-HWY_INLINE V hit_sigmas(float least, V wide) {
-  const V beyond = hn::Max(hn::Sub(hn::Mul(set(4), wide), set(3)), zero());
-  return hn::Mul(set(least), hn::Add(set(1), hn::Mul(set(kWiderHits), beyond)));
 }
 
 /// Marks the voxels of points on rays (x, y, 1) at inverse depth w.
@@ -208,8 +201,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     const V fall = hn::Mul(set(kFall), hn::Mul(lean, zz));
     V front =
         hn::Sub(hn::Sub(z, hn::Mul(half, set(kKept))), hn::Add(fall, hn::Mul(set(t.free_sigmas), sigma_z)));
-    const V wide = hn::Div(sigma_z, hn::Add(sigma_z, half));
-    V back = hn::Add(hn::Add(z, half), hn::Mul(hit_sigmas(t.hit_sigmas, wide), sigma_z));
+    V back = hn::Add(hn::Add(z, half), hn::Mul(set(t.hit_sigmas), sigma_z));
     front = hn::Sub(hn::Mul(front, steps), set(0.5F));
     back = hn::Add(hn::Mul(back, steps), set(0.5F));
     const auto within = hn::RebindMask(du, hn::And(hn::Ge(front, lowest), hn::Le(back, most)));
@@ -217,7 +209,8 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     // What does not lie within the steps from front to back is hit nowhere: shares of the rest of its way
     // would be other places.
     const VU back_steps = hn::IfThenElse(within, whole(hn::Min(back, most)), front_steps);
-    const VU kind = whole(hn::Min(hn::Mul(set(SampleClasses::kCount), wide), set(SampleClasses::kCount - 1)));
+    const V wide = hn::Div(hn::Mul(set(SampleClasses::kCount), sigma_z), hn::Add(sigma_z, half));
+    const VU kind = whole(hn::Min(wide, set(SampleClasses::kCount - 1)));
     VU word = hn::Or(hn::ShiftLeft<sample_word::kFrontShift>(front_steps),
                      hn::Or(hn::ShiftLeft<sample_word::kBackShift>(back_steps), kind));
     word = hn::IfThenElseZero(hn::RebindMask(du, known), word);
@@ -345,11 +338,6 @@ HWY_EXPORT(overlap_bounds);
 // than a voxel that it just touches.
 constexpr double kThickness = 1.2;
 
-/// As hit_sigmas of a row.
-double hit_sigmas_of(double least, double wide) {
-  return least * (1 + double{kWiderHits} * std::max(4 * wide - 3, 0.0));
-}
-
 std::uint8_t share(double part, double whole) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(part / whole, 0.0, 255.0 / 256) * 256));
 }
@@ -358,13 +346,12 @@ std::uint8_t share(double part, double whole) {
 
 // With q = sigma / half a voxel's depth, class c stands for q = c / (16 - c). From front to back are free
 // sigmas, half a voxel, half a voxel, hit sigmas.
-SampleClasses::SampleClasses(const IntegrationConfig& config) {
+SampleClasses::SampleClasses(double free_sigmas, double hit_sigmas) {
   for (std::size_t c = 0; c < kCount; ++c) {
     const double q = static_cast<double>(c) / static_cast<double>(kCount - c);
-    const double hit_sigmas = hit_sigmas_of(config.hit_sigmas, static_cast<double>(c) / kCount);
-    const double whole = 2 + (config.free_sigmas + hit_sigmas) * q;
-    hit_begin[c] = share((config.free_sigmas - hit_sigmas) * q, whole);
-    own_begin[c] = share(config.free_sigmas * q, whole);
+    const double whole = 2 + (free_sigmas + hit_sigmas) * q;
+    hit_begin[c] = share((free_sigmas - hit_sigmas) * q, whole);
+    own_begin[c] = share(free_sigmas * q, whole);
     own_end[c] = share(hit_sigmas * q, whole);
     const double hit = std::max(1.0, std::round(log_odds::kHit / (1 + hit_sigmas * q)));
     short_of_hit[c] = static_cast<std::uint8_t>(log_odds::kHit - static_cast<int>(hit));
@@ -430,9 +417,13 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   if (fine) fill_holes(rough_, edge, smooth_, mean_sigma_);
   if (fine) rejected_ += smooth(smooth_, rough_.sigma, 2, 0, edge, smoother_);
 
+  // Beyond the samples that share pixels.
+  const RingImage<float>& w = fine ? smoother_ : smooth_;
+  hit_sigmas_ = std::max(config.hit_sigmas, config.hit_errors * sample_errors(w, rough_.sigma, fine ? 6 : 4));
+
   steps_per_metre_ = kMost / (kBeyondFar * far_);
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> turn = map_from_camera.cast<float>();
-  const DescribeTask task{fine ? smoother_ : smooth_,
+  const DescribeTask task{w,
                           rough_.sigma,
                           mean_sigma_,
                           focal_,
@@ -444,7 +435,7 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
                           static_cast<float>(config.longest_hit * sampling.resolution),
                           edge,
                           static_cast<float>(config.free_sigmas),
-                          static_cast<float>(config.hit_sigmas),
+                          static_cast<float>(hit_sigmas_),
                           fine ? 2 : 1,
                           turn.data(),
                           frame,

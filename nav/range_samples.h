@@ -36,7 +36,8 @@ struct SampleClasses {
   alignas(16) Table own_end{};       ///< ... to there
   alignas(16) Table short_of_hit{};  ///< log-odds of a hit below those of a full one
 
-  explicit SampleClasses(const IntegrationConfig& config);
+  /// Nothing is emptied nearer than `free_sigmas` to a surface; hits reach `hit_sigmas` to both sides.
+  SampleClasses(double free_sigmas, double hit_sigmas);
   SampleClasses() = default;
 };
 
@@ -94,6 +95,7 @@ class RangeSamples {
   float farthest() const { return std::min(far_, static_cast<float>(farthest_) / steps_per_metre_); }
   float steps_per_metre() const { return steps_per_metre_; }  ///< of depth
   std::size_t widest() const { return widest_; }              ///< greatest class of a sample
+  double hit_sigmas() const { return hit_sigmas_; }           ///< that hits reach to both sides
   const DepthBounds& bounds() const { return bounds_; }
 
   std::size_t used() const { return used_; }
@@ -104,6 +106,7 @@ class RangeSamples {
   void forget_own_body(const std::vector<BodyBox>& boxes, const Eigen::Isometry3d& body_from_camera);
 
   float focal_ = 0, cx_ = 0, cy_ = 0, end_u_ = 0, end_v_ = 0, near_ = 0, far_ = 0, steps_per_metre_ = 1;
+  double hit_sigmas_ = 0;
   std::uint32_t farthest_ = 0, widest_ = 0;
   std::size_t used_ = 0, rejected_ = 0;
   DepthReducer reducer_;

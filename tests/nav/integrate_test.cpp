@@ -74,6 +74,29 @@ TEST(Integrate, MapsARoomThroughCorrelatedNoiseAndGrossOutliers) {
   }
 }
 
+/// Voxels of 2 cm that are occupied about a wall 2.6 m in front of the camera, after one look.
+std::size_t wall_voxels(int correlation, const IntegrationConfig& config) {
+  SyntheticRoom room;  // empty
+  const vision::PinholeCamera camera = narrow_camera();
+  const Isometry3d pose = camera_pose({0, 0, 1.3}, 0, 0);
+  VoxelMap map = room_map(0.02);
+  const double sigma = 0.4;  // [px]: 5 cm at the wall
+  integrate(map, look(room, camera, pose, {.disparity_sigma = sigma, .correlation = correlation}, sigma),
+            pose, at_seconds(1), config);
+  std::size_t occupied = 0;
+  for_each_known(map, [&](const Index& i) { occupied += map.at(i) == Voxel::kOccupied; });
+  return occupied;
+}
+
+TEST(Integrate, HitsReachAsFarAsTheViewsOwnErrors) {
+  const std::size_t alone = wall_voxels(1, {}), together = wall_voxels(4, {});
+  EXPECT_GT(together, alone * 5 / 4) << "where neighbours err together, the wall may be elsewhere";
+  IntegrationConfig blind;
+  blind.hit_errors = 0;
+  EXPECT_EQ(wall_voxels(1, blind), alone) << "where they do not, means over them are good enough";
+  EXPECT_LT(wall_voxels(4, blind), together);
+}
+
 TEST(Integrate, PunchesNoHolesIntoWallsWhenSigmaIsFarWiderThanAVoxel) {
   const auto room = SyntheticRoom::furnished();
   const Noise noise{.disparity_sigma = 0.6, .correlation = 2, .outliers = 0, .seed = 7};  // 24 cm at 4 m

@@ -1,0 +1,104 @@
+#include "nav/sample_errors.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "nav/sample_errors.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Everything above HWY_ONCE is compiled once for each instruction set. Only exact operations are used (no
+// approximate reciprocals, no fused sums), so that all of them give the same bytes.
+HWY_BEFORE_NAMESPACE();
+namespace headway::nav {
+
+#ifndef HEADWAY_SAMPLE_ERRORS
+#define HEADWAY_SAMPLE_ERRORS
+namespace {
+
+constexpr float kTiny = 1e-6F;         // [1/m], less than any inverse depth
+constexpr float kTiniest = 1e-30F;     // [1/m], to divide by
+constexpr int kBins = 256;             // of one sigma
+constexpr int kMostSigmas = 2;         // what differs by more is another surface
+constexpr float kOfThree = 2.449490F;  // sqrt(1 + 4 + 1): a second difference's sigma beside a sample's
+
+constexpr int kAllBins = kMostSigmas * kBins;
+/// How many second differences lie in each bin; in the last, those that do not count.
+using Histogram = std::array<std::uint32_t, kAllBins + 1>;
+
+struct SampleRow {
+  const float *w, *sigma;
+  int width, apart;
+};
+
+}  // namespace
+#endif
+
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+constexpr D d;
+constexpr hn::RebindToSigned<D> di;
+
+void count_row(const SampleRow& in, Histogram& histogram) {
+  constexpr std::size_t kMost = HWY_MAX_BYTES / sizeof(float);
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN std::int32_t bins[kMost];
+  for (int x = in.apart; x + in.apart < in.width; x += lanes) {
+    const V left = hn::LoadU(d, in.w + x - in.apart), here = hn::LoadU(d, in.w + x),
+            right = hn::LoadU(d, in.w + x + in.apart), sigma = hn::LoadU(d, in.sigma + x);
+    const auto known =
+        hn::And(hn::Gt(hn::Min(hn::Min(left, here), right), hn::Set(d, kTiny)), hn::Gt(sigma, hn::Zero(d)));
+    const V bend = hn::Abs(hn::Sub(hn::Add(left, right), hn::Add(here, here)));
+    const V bin = hn::Div(hn::Mul(bend, hn::Set(d, kBins / kOfThree)), hn::Max(sigma, hn::Set(d, kTiniest)));
+    const V end = hn::Set(d, kAllBins);
+    hn::Store(hn::ConvertTo(di, hn::IfThenElse(known, hn::Min(bin, end), end)), di, bins);
+    for (int i = 0; i < lanes; ++i) ++histogram[static_cast<std::size_t>(bins[i])];
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace headway::nav
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace headway::nav {
+namespace {
+
+HWY_EXPORT(count_row);
+
+constexpr int kRowsApart = 4;           // one row of so many is looked at
+constexpr std::uint32_t kFewest = 200;  // second differences
+constexpr double kUsual = 0.5;          // of noise that neighbours share over two pixels
+constexpr double kQuantile = 0.25;
+constexpr double kSigmaOfQuantile = 3.1384;  // of a Gaussian's absolute values
+
+/// In bins, as if each of them were evenly filled.
+double quantile_of(const Histogram& histogram, std::uint32_t known) {
+  std::uint32_t below = 0;
+  std::size_t bin = 0;
+  while (below + histogram[bin] < kQuantile * known) below += histogram[bin++];
+  return static_cast<double>(bin) + (kQuantile * known - below) / histogram[bin];
+}
+
+}  // namespace
+
+double sample_errors(const RingImage<float>& w, const RingImage<float>& sigma, int apart) {
+  Histogram histogram{};
+  for (int y = 0; y < w.height(); y += kRowsApart)
+    HWY_DYNAMIC_DISPATCH(count_row)({w.row(y), sigma.row(y), w.width(), apart}, histogram);
+  std::uint32_t known = 0;
+  for (std::size_t bin = 0; bin < kAllBins; ++bin) known += histogram[bin];
+  if (known < kFewest) return kUsual;
+  return std::min(1.0, kSigmaOfQuantile * quantile_of(histogram, known) / kBins);
+}
+
+}  // namespace headway::nav
+#endif
