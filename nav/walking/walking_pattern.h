@@ -22,12 +22,13 @@ namespace headway::nav {
 struct WalkingConfig {
   /// The window: two of the shortest steps less a double support, 2 * 0.8 s - 0.1 s.
   PreviewConfig preview{.window = 1.5};
-  double double_support = 0.10;     ///< at the end of each step [s]
-  double swing_height = 0.07;       ///< of the foot in mid swing [m]
-  double shortest_step = 0.8;       ///< [s]
-  double longest_step = 1.55;       ///< [s]
-  double settled_distance = 0.020;  ///< standing: the CoM is this near to the middle of the feet [m]
-  double settled_speed = 0.070;     ///< and no faster than this [m/s]
+  double double_support = 0.10;  ///< at the end of each step [s]
+  double swing_height = 0.07;    ///< of the foot in mid swing [m]
+  double shortest_step = 0.8;    ///< [s]
+  double longest_step = 1.55;    ///< [s]
+  /// Standing: the CoM is this near to the middle of the feet [m], and no faster than that [m/s]: 0.3 s after
+  /// the longest steps. By then the ZMP is in the middle, and what is left dies out as exp(-3.5 t) by itself.
+  double settled_distance = 0.025, settled_speed = 0.0875;
 
   /// Throws InputError when a value makes no sense or the window is longer than two steps allow.
   void validate() const;
