@@ -22,7 +22,7 @@ void IntegrationConfig::validate() const {
                      std::to_string(lowest) + " to " + std::to_string(highest));
   };
   check("free_sigmas", free_sigmas, 0, 10);
-  check("hit_sigmas", hit_sigmas, 0, 5);
+  check("least_hit_sigmas", least_hit_sigmas, 0, 5);
   check("hit_errors", hit_errors, 0, 5);
   check("least_hit", least_hit, 0.05, 1);
   check("least_weight", least_weight, 0, 1);
@@ -36,7 +36,6 @@ void IntegrationConfig::validate() const {
 }
 
 struct Integrator::Scratch {
-  SampleClasses classes;
   RangeSamples samples;
   VoxelMarks marks;
 };
@@ -73,11 +72,11 @@ IntegrationStats Integrator::integrate(VoxelMap& map, const vision::RangeView& v
   stats.samples = s.samples.used();
   stats.rejected = s.samples.rejected();
   if (stats.samples == 0) return stats;
-  s.classes = SampleClasses(config_.free_sigmas, s.samples.hit_sigmas());
+  const SampleClasses classes(config_.free_sigmas, s.samples.hit_sigmas());
   const auto least_hit = static_cast<LogOdds>(std::lround(config_.least_hit * log_odds::kHit));
   const LogOdds turning_hit = view.weight.empty() ? least_hit : kSureHit;
   const auto least_before_hit = static_cast<LogOdds>(log_odds::kOccupied - turning_hit);
-  update_bricks({s.samples, s.classes, s.marks, least_hit, least_before_hit, map_from_camera}, stamp, map,
+  update_bricks({s.samples, classes, s.marks, least_hit, least_before_hit, map_from_camera}, stamp, map,
                 stats);
   return stats;
 }

@@ -1,8 +1,8 @@
 // Puts what one view saw into the voxel map.
 //
 // Voxels are projected into the range image; no rays are cast. With the range image's uncertainty a voxel is
-// emptied only where the surface behind it is more than three sigma away, and hits are spread over what
-// neighbouring pixels err by together.
+// emptied only where the surface behind it is more than three sigma away, and hits are spread over half of
+// sigma, more where neighbouring pixels err together.
 //
 // Isolated outliers leave no trace: a point counts only with another pixel of the same surface in its 2x2
 // block (where the image is reduced) and two neighbouring samples. One view's full hit (+17) makes an unseen
@@ -32,11 +32,11 @@ struct BodyBox {
 struct IntegrationConfig {
   /// Voxels are emptied only so many sigma in front of what was measured.
   double free_sigmas = 3;
-  /// Hits reach this many sigma to both sides of the surface, ...
-  double hit_sigmas = 0.5;
-  /// ... or so many times what samples err by, if that is more, which each view shows: samples are means over
-  /// several pixels, so they are far better than sigma where pixels err by themselves, and hardly where these
-  /// err together, as matchers do. Less leaves holes in walls that are far off, more only thickens them.
+  /// Hits reach at least this many sigma to both sides of the surface.
+  double least_hit_sigmas = 0.5;
+  /// They reach so many times what samples err by, as each view shows, up to one sigma. Samples are means
+  /// over several pixels: errors of each pixel's own average out, those that neighbours share, as matchers'
+  /// do, hardly. Less leaves holes in walls that are far off, more only thickens them.
   double hit_errors = 1.35;
   /// Share of a full hit for the voxel that holds a measured point, however wide sigma is. In a view without
   /// inlier weights such a hit makes any voxel occupied.

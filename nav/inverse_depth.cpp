@@ -17,8 +17,6 @@ namespace headway::nav {
 #define HEADWAY_DEPTH_ROWS
 namespace {
 
-constexpr float kTiny = 1e-6F;  // [1/m], less than any inverse depth
-
 // Values of one pixel differ by the noise of two, so that pixels of a block may lie farther apart than means.
 constexpr float kPixelSigmas = 7, kMeanSigmas = 4;
 constexpr std::ptrdiff_t kRowsAhead = 4;  // fetched: a view does not fit into the nearest caches
@@ -267,14 +265,14 @@ HWY_INLINE void add_row(const float* row, int reach, V low, V high, Sum& sum) {
 void fill_row(const HoleRows& in) {
   for (int x = 0; x < in.width; x += lanes()) {
     const auto inside = hn::FirstN(d, static_cast<std::size_t>(in.width - x));
-    const auto hole = hn::And(inside, hn::Le(hn::LoadU(d, in.w[1] + x), set(kTiny)));
+    const auto hole = hn::And(inside, hn::Le(hn::LoadU(d, in.w[1] + x), set(kLeastKnown)));
     if (hn::AllFalse(d, hole)) continue;
     const auto for_each_neighbour = [&](const auto& visit) HWY_ATTR {
       for (int row = 0; row < 3; ++row) {
         for (int i = -1; i <= 1; ++i) {
           if (row == 1 && i == 0) continue;
           const V w = hn::LoadU(d, in.w[row] + x + i), sigma = hn::LoadU(d, in.sigma[row] + x + i);
-          visit(w, hn::IfThenElseZero(hn::Gt(w, set(kTiny)), sigma));  // it may have been filled by now
+          visit(w, hn::IfThenElseZero(hn::Gt(w, set(kLeastKnown)), sigma));  // it may have been filled by now
         }
       }
     };
@@ -285,7 +283,7 @@ void fill_row(const HoleRows& in) {
     });
     const V apart =
         hn::Max(hn::Mul(set(kMeanSigmas), widest), hn::Mul(set(in.resolution), hn::Mul(nearest, nearest)));
-    const V low = hn::Max(hn::Sub(nearest, apart), set(kTiny));
+    const V low = hn::Max(hn::Sub(nearest, apart), set(kLeastKnown));
     Sample sum{hn::Zero(d), hn::Zero(d)};
     auto less = hn::Zero(di);
     for_each_neighbour([&](V w, V sigma) HWY_ATTR { add_if(hn::Ge(w, low), {w, sigma}, sum, less); });
@@ -307,12 +305,12 @@ std::size_t smooth_row(const MeanRows& in) {
   for (int x = 0; x < in.width; x += lanes()) {
     const V w = hn::LoadU(d, in.rows[1] + x), sigma = hn::LoadU(d, in.sigma + x);
     const V apart = hn::Max(hn::Mul(set(kMeanSigmas), sigma), hn::Mul(set(in.resolution), hn::Mul(w, w)));
-    const V low = hn::Max(hn::Sub(w, apart), set(kTiny)), high = hn::Add(w, apart);
+    const V low = hn::Max(hn::Sub(w, apart), set(kLeastKnown)), high = hn::Add(w, apart);
     Sum sum{hn::Zero(d), hn::Zero(di)};
     add_row(in.rows[0] + x, in.reach, low, high, sum);
     add_row(in.rows[1] + x, in.reach, low, high, sum);
     add_row(in.rows[2] + x, in.reach, low, high, sum);
-    const auto known = hn::Gt(w, set(kTiny));
+    const auto known = hn::Gt(w, set(kLeastKnown));
     const auto kept = hn::And(known, hn::RebindMask(d, hn::Gt(too_few, sum.less)));
     dropped += hn::CountTrue(d, hn::AndNot(kept, known));
     const V share = hn::Div(set(1), hn::Max(hn::ConvertTo(d, hn::Neg(sum.less)), set(1)));

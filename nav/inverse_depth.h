@@ -10,6 +10,9 @@
 
 namespace headway::nav {
 
+/// Less than any inverse depth [1/m].
+inline constexpr float kLeastKnown = 1e-6F;
+
 /// Inverse depths and their standard deviations [1/m]; 0 where nothing is known.
 struct InverseDepth {
   RingImage<float> w, sigma;

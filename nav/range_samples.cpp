@@ -21,7 +21,6 @@ namespace headway::nav {
 #define HEADWAY_SAMPLE_ROWS
 namespace {
 
-constexpr float kTiny = 1e-6F;                  // [1/m], less than any inverse depth
 constexpr float kMost = 16383;                  // steps of depth
 constexpr float kBeyondFar = 1.25F;             // depths are told apart up to so many times the view's far
 constexpr float kBeyondCorner = 0.75F;          // samples
@@ -94,7 +93,7 @@ HWY_INLINE unsigned bits_of(M mask) {
 /// edge, level where neither side belongs to the surface.
 HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps, float tap) {
   const V down = hn::Sub(w, before), up = hn::Sub(after, w);
-  const auto has_down = hn::Gt(before, set(kTiny)), has_up = hn::Gt(after, set(kTiny));
+  const auto has_down = hn::Gt(before, set(kLeastKnown)), has_up = hn::Gt(after, set(kLeastKnown));
   const V bend = hn::Abs(hn::Sub(up, down));
   const auto central = hn::And(hn::And(has_down, has_up), hn::Le(bend, hn::Add(tolerance, tolerance)));
   const V limit = hn::Mul(tolerance, set(taps));
@@ -108,7 +107,7 @@ HWY_INLINE V slope(V before, V w, V after, V tolerance, float taps, float tap) {
 
 /// Marks the voxels of points on rays (x, y, 1) at inverse depth w.
 HWY_INLINE void mark(const DescribeTask& t, V x, V y, V w, M where) {
-  const V z = hn::Div(set(1), hn::Max(w, set(kTiny)));
+  const V z = hn::Div(set(1), hn::Max(w, set(kLeastKnown)));
   where = hn::And(where, hn::Le(z, set(t.far)));
   V at[3];
   for (int k = 0; k < 3; ++k) {
@@ -164,7 +163,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
   const V ray_y = set((static_cast<float>(y) - t.cy) * sample), lane = hn::Iota(d, 0);
   for (int x = 0; x < width; x += lanes()) {
     const V own = hn::LoadU(d, here + x), sigma = hn::LoadU(d, sigmas + x);
-    const auto known = hn::Gt(own, set(kTiny));
+    const auto known = hn::Gt(own, set(kLeastKnown));
     const V tolerance =
         hn::Max(hn::Mul(set(4), sigma), hn::Mul(set(t.resolution), hn::Mul(own, own)));  // one surface
     V slope_u =
@@ -192,7 +191,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
     const V nz = hn::Sub(hn::Sub(w, hn::Mul(nx, ray_x)), hn::Mul(ny, ray_y));
     V size = zero();
     for (int k = 0; k < 3; ++k) size = hn::Add(size, hn::Abs(dot(t.turn + 3 * k, nx, ny, nz)));
-    const V z = hn::Div(set(1), hn::Max(w, set(kTiny))), zz = hn::Mul(z, z);
+    const V z = hn::Div(set(1), hn::Max(w, set(kLeastKnown))), zz = hn::Mul(z, z);
     const V half = hn::Min(hn::Mul(hn::Mul(set(t.half_edge), size), z), set(t.most_half));
     const V sigma_z = hn::Mul(hn::LoadU(d, mean_sigmas + x), zz);
 
@@ -221,7 +220,7 @@ RowCounts describe_row(const DescribeTask& t, int y, SampleWord* out) {
 
     if (hn::AllFalse(d, edge)) continue;
     // The sample's corners, and a little beyond where both sides of the edge are measured.
-    const V reach = hn::IfThenElse(hn::Gt(e.farthest, set(kTiny)), set(kBeyondCorner), set(0.5F));
+    const V reach = hn::IfThenElse(hn::Gt(e.farthest, set(kLeastKnown)), set(kBeyondCorner), set(0.5F));
     const V fall_u = hn::Mul(slope_u, reach), fall_v = hn::Mul(slope_v, reach),
             aside = hn::Mul(reach, set(sample));
     const V left_x = hn::Sub(ray_x, aside), right_x = hn::Add(ray_x, aside);
@@ -243,8 +242,8 @@ std::size_t forget_row(const BodyTask& t, int y, int width, float* row) {
   const V ray_y = set((static_cast<float>(y) - t.cy) * sample), lane = hn::Iota(d, 0);
   for (int x = 0; x < width; x += lanes()) {
     const V w = hn::LoadU(d, row + x);
-    auto own = hn::Gt(w, set(kTiny));
-    const V z = hn::Div(set(1), hn::Max(w, set(kTiny)));
+    auto own = hn::Gt(w, set(kLeastKnown));
+    const V z = hn::Div(set(1), hn::Max(w, set(kLeastKnown)));
     const V ray_x = hn::Mul(hn::Add(lane, set(static_cast<float>(x) - t.cx)), set(sample));
     for (int k = 0; k < 3; ++k) {
       const float turn[3] = {t.body_from_camera(k, 0), t.body_from_camera(k, 1), t.body_from_camera(k, 2)};
@@ -338,6 +337,9 @@ HWY_EXPORT(overlap_bounds);
 // than a voxel that it just touches.
 constexpr double kThickness = 1.2;
 
+constexpr int kReach = 1,
+              kFineReach = 2;  // samples that means reach, and means over these where noise is left
+
 std::uint8_t share(double part, double whole) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(part / whole, 0.0, 255.0 / 256) * 256));
 }
@@ -412,14 +414,14 @@ void RangeSamples::take(const vision::RangeView& view, const IntegrationConfig& 
   rejected_ = used_ = 0;
   farthest_ = widest_ = 0;
   if (!config.own_body.empty()) forget_own_body(config.own_body, body_from_camera);
-  rejected_ += smooth(rough_.w, rough_.sigma, 1, config.supporters, edge, smooth_, &mean_sigma_);
+  rejected_ += smooth(rough_.w, rough_.sigma, kReach, config.supporters, edge, smooth_, &mean_sigma_);
   const bool fine = reduction < 4;  // noise of fewer pixels is left in each sample
   if (fine) fill_holes(rough_, edge, smooth_, mean_sigma_);
-  if (fine) rejected_ += smooth(smooth_, rough_.sigma, 2, 0, edge, smoother_);
+  if (fine) rejected_ += smooth(smooth_, rough_.sigma, kFineReach, 0, edge, smoother_);
 
-  // Beyond the samples that share pixels.
   const RingImage<float>& w = fine ? smoother_ : smooth_;
-  hit_sigmas_ = std::max(config.hit_sigmas, config.hit_errors * sample_errors(w, rough_.sigma, fine ? 6 : 4));
+  const double errors = sample_errors(w, rough_.sigma, 2 * (fine ? kReach + kFineReach : kReach) + 2);
+  hit_sigmas_ = std::max(config.least_hit_sigmas, std::min(1.0, config.hit_errors * errors));
 
   steps_per_metre_ = kMost / (kBeyondFar * far_);
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> turn = map_from_camera.cast<float>();

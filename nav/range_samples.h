@@ -31,14 +31,13 @@ inline constexpr SampleWord kDepthMask = 0x3fff, kClassMask = 15;
 struct SampleClasses {
   static constexpr int kCount = 16;
   using Table = std::array<std::uint8_t, kCount>;
-  alignas(16) Table hit_begin{};     ///< from here on it is a hit
-  alignas(16) Table own_begin{};     ///< the surface's own voxel as it would be without sigma: from here ...
-  alignas(16) Table own_end{};       ///< ... to there
-  alignas(16) Table short_of_hit{};  ///< log-odds of a hit below those of a full one
+  alignas(16) Table hit_begin;     ///< from here on it is a hit
+  alignas(16) Table own_begin;     ///< the surface's own voxel as it would be without sigma: from here ...
+  alignas(16) Table own_end;       ///< ... to there
+  alignas(16) Table short_of_hit;  ///< log-odds of a hit below those of a full one
 
   /// Nothing is emptied nearer than `free_sigmas` to a surface; hits reach `hit_sigmas` to both sides.
   SampleClasses(double free_sigmas, double hit_sigmas);
-  SampleClasses() = default;
 };
 
 /// The voxels of a map as the camera sees them, for marking: voxel = turn * ray * Z + origin.

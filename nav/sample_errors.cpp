@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "nav/inverse_depth.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "nav/sample_errors.cpp"
 #include <hwy/foreach_target.h>
@@ -19,11 +21,10 @@ namespace headway::nav {
 #define HEADWAY_SAMPLE_ERRORS
 namespace {
 
-constexpr float kTiny = 1e-6F;         // [1/m], less than any inverse depth
-constexpr float kTiniest = 1e-30F;     // [1/m], to divide by
+constexpr float kLeastSigma = 1e-30F;  // [1/m], to divide by
 constexpr int kBins = 256;             // of one sigma
-constexpr int kMostSigmas = 2;         // what differs by more is another surface
-constexpr float kOfThree = 2.449490F;  // sqrt(1 + 4 + 1): a second difference's sigma beside a sample's
+constexpr int kMostSigmas = 2;         // of a second difference; what differs by more is another surface
+constexpr float kSecondDifference = 2.449490F;  // sqrt(1 + 4 + 1): its sigma beside a sample's
 
 constexpr int kAllBins = kMostSigmas * kBins;
 /// How many second differences lie in each bin; in the last, those that do not count.
@@ -53,10 +54,11 @@ void count_row(const SampleRow& in, Histogram& histogram) {
   for (int x = in.apart; x + in.apart < in.width; x += lanes) {
     const V left = hn::LoadU(d, in.w + x - in.apart), here = hn::LoadU(d, in.w + x),
             right = hn::LoadU(d, in.w + x + in.apart), sigma = hn::LoadU(d, in.sigma + x);
-    const auto known =
-        hn::And(hn::Gt(hn::Min(hn::Min(left, here), right), hn::Set(d, kTiny)), hn::Gt(sigma, hn::Zero(d)));
+    const auto known = hn::And(hn::Gt(hn::Min(hn::Min(left, here), right), hn::Set(d, kLeastKnown)),
+                               hn::Gt(sigma, hn::Zero(d)));
     const V bend = hn::Abs(hn::Sub(hn::Add(left, right), hn::Add(here, here)));
-    const V bin = hn::Div(hn::Mul(bend, hn::Set(d, kBins / kOfThree)), hn::Max(sigma, hn::Set(d, kTiniest)));
+    const V bin = hn::Div(hn::Mul(bend, hn::Set(d, kBins / kSecondDifference)),
+                          hn::Max(sigma, hn::Set(d, kLeastSigma)));
     const V end = hn::Set(d, kAllBins);
     hn::Store(hn::ConvertTo(di, hn::IfThenElse(known, hn::Min(bin, end), end)), di, bins);
     for (int i = 0; i < lanes; ++i) ++histogram[static_cast<std::size_t>(bins[i])];
@@ -76,9 +78,8 @@ HWY_EXPORT(count_row);
 
 constexpr int kRowsApart = 4;           // one row of so many is looked at
 constexpr std::uint32_t kFewest = 200;  // second differences
-constexpr double kUsual = 0.5;          // of noise that neighbours share over two pixels
 constexpr double kQuantile = 0.25;
-constexpr double kSigmaOfQuantile = 3.1384;  // of a Gaussian's absolute values
+constexpr double kSigmaOfQuantile = 3.1383;  // of a Gaussian's absolute values
 
 /// In bins, as if each of them were evenly filled.
 double quantile_of(const Histogram& histogram, std::uint32_t known) {
@@ -96,7 +97,7 @@ double sample_errors(const RingImage<float>& w, const RingImage<float>& sigma, i
     HWY_DYNAMIC_DISPATCH(count_row)({w.row(y), sigma.row(y), w.width(), apart}, histogram);
   std::uint32_t known = 0;
   for (std::size_t bin = 0; bin < kAllBins; ++bin) known += histogram[bin];
-  if (known < kFewest) return kUsual;
+  if (known < kFewest) return 0;
   return std::min(1.0, kSigmaOfQuantile * quantile_of(histogram, known) / kBins);
 }
 

@@ -74,27 +74,37 @@ TEST(Integrate, MapsARoomThroughCorrelatedNoiseAndGrossOutliers) {
   }
 }
 
-/// Voxels of 2 cm that are occupied about a wall 2.6 m in front of the camera, after one look.
-std::size_t wall_voxels(int correlation, const IntegrationConfig& config) {
+struct Wall {
+  int holes = 0, occupied = 0;  ///< voxels: of the wall itself, not occupied; occupied anywhere
+};
+
+/// A wall 2.63 m in front of the camera, in voxels of 2 cm, after one look.
+Wall wall_seen(int correlation, const IntegrationConfig& config) {
   SyntheticRoom room;  // empty
   const vision::PinholeCamera camera = narrow_camera();
   const Isometry3d pose = camera_pose({0, 0, 1.3}, 0, 0);
   VoxelMap map = room_map(0.02);
-  const double sigma = 0.4;  // [px]: 5 cm at the wall
+  const double sigma = 0.4;  // [px]: 7 cm at the wall
   integrate(map, look(room, camera, pose, {.disparity_sigma = sigma, .correlation = correlation}, sigma),
             pose, at_seconds(1), config);
-  std::size_t occupied = 0;
-  for_each_known(map, [&](const Index& i) { occupied += map.at(i) == Voxel::kOccupied; });
-  return occupied;
+  Wall wall;
+  for_each_known(map, [&](const Index& i) { wall.occupied += map.at(i) == Voxel::kOccupied; });
+  for (double y = -0.7; y < 0.7; y += 0.02) {
+    for (double z = 0.4; z < 2.2; z += 0.02)
+      wall.holes += map.at_point({room.walls.highest.x() - 0.005, y, z}) != Voxel::kOccupied;
+  }
+  return wall;
 }
 
 TEST(Integrate, HitsReachAsFarAsTheViewsOwnErrors) {
-  const std::size_t alone = wall_voxels(1, {}), together = wall_voxels(4, {});
-  EXPECT_GT(together, alone * 5 / 4) << "where neighbours err together, the wall may be elsewhere";
+  const Wall alone = wall_seen(1, {}), together = wall_seen(4, {});
   IntegrationConfig blind;
   blind.hit_errors = 0;
-  EXPECT_EQ(wall_voxels(1, blind), alone) << "where they do not, means over them are good enough";
-  EXPECT_LT(wall_voxels(4, blind), together);
+  EXPECT_EQ(wall_seen(1, blind).occupied, alone.occupied)
+      << "means over pixels that err alone are good enough";
+  EXPECT_GT(together.occupied, alone.occupied * 5 / 4)
+      << "where neighbours err together, it may be elsewhere";
+  EXPECT_LT(2 * together.holes, wall_seen(4, blind).holes);
 }
 
 TEST(Integrate, PunchesNoHolesIntoWallsWhenSigmaIsFarWiderThanAVoxel) {
@@ -440,6 +450,9 @@ TEST(Integrate, RefusesViewsAndSettingsThatMakeNoSense) {
   EXPECT_THROW(integrate(map, wall.view, wall.pose, at_seconds(1)), Error);
   IntegrationConfig config;
   config.free_sigmas = -1;
+  EXPECT_THROW(Integrator{config}, InputError);
+  config = {};
+  config.hit_errors = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(Integrator{config}, InputError);
   config = {};
   config.own_body = {{{0, 0, 0}, {1, -1, 1}}};
