@@ -41,7 +41,24 @@ nav::SavedMap read_floor(const ConvertOptions& options) {
   return nav::raise_floor(floor, options.height.value_or(kHeight));
 }
 
+/// Throws InputError where NAME.yaml, which comes with every NAME.pgm, would go over a file of another kind.
+void refuse_to_write_over(const fs::path& yaml) {
+  std::error_code ignored;
+  if (!fs::exists(yaml, ignored)) return;
+  std::string fault;
+  try {
+    nav::read_map_server(yaml);
+    return;
+  } catch (const InputError& error) {
+    fault = error.what();
+  }
+  throw InputError(fmt::format(
+      "{}: would be written over, though it is no floor map: {}; choose another name, or remove it first",
+      yaml.string(), fault));
+}
+
 void write_floor(const nav::SavedMap& saved, const ConvertOptions& options) {
+  refuse_to_write_over(fs::path(options.out).replace_extension(".yaml"));
   const fs::path folder = options.out.has_parent_path() ? options.out.parent_path() : fs::path(".");
   nav::write_map_server(nav::floor_below(saved.map, {}, options.floor.value_or(0)), folder,
                         options.out.stem().string());
@@ -107,6 +124,8 @@ std::string what_is_lost(const Format& from, const Format& to, const nav::SavedM
   return lost.empty() ? "" : ", without " + lost;
 }
 
+bool is_floor(const fs::path& file) { return file.extension() == ".pgm" || file.extension() == ".yaml"; }
+
 /// Throws InputError for an option that would do nothing.
 void refuse_idle(const ConvertOptions& options) {
   const auto refuse = [](bool given, const char* option, const char* what, const fs::path& file) {
@@ -114,24 +133,41 @@ void refuse_idle(const ConvertOptions& options) {
       throw InputError(fmt::format("map convert: {} is for {}, which {} is not; leave it out", option, what,
                                    file.string()));
   };
-  const auto is_floor = [](const fs::path& file) {
-    return file.extension() == ".pgm" || file.extension() == ".yaml";
-  };
   refuse(options.resolution && options.in.extension() != ".ply", "--resolution", "points (.ply)", options.in);
   refuse(options.height && !is_floor(options.in), "--height", "IN a floor map (.pgm, .yaml)", options.in);
   refuse(options.floor && !is_floor(options.out), "--floor", "OUT a floor map (.pgm, .yaml)", options.out);
 }
 
+/// Throws InputError where OUT is IN: what its format loses would be lost for good.
+void refuse_same(const ConvertOptions& options) {
+  const auto file = [](fs::path path) {
+    if (is_floor(path)) path.replace_extension(".yaml");
+    std::error_code ignored;
+    return fs::weakly_canonical(path, ignored);
+  };
+  if (file(options.in) == file(options.out)) {
+    throw InputError(fmt::format("map convert: OUT, {}, would be written over IN; choose another name",
+                                 options.out.string()));
+  }
+}
+
 int convert(const ConvertOptions& options) {
   const Format &from = format_of(options.in), &to = format_of(options.out);
   refuse_idle(options);
+  refuse_same(options);
   const nav::SavedMap saved = from.read(options);
   const nav::ColdMap& map = saved.map;
   to.write(saved, options);
   const Counts counts = count(map);
   fmt::print("{}: {} occupied and {} empty voxels of {} m, in {} bricks\n", options.in.string(),
              counts.occupied, counts.empty, map.resolution(), map.size());
-  fmt::print("{}: written{}\n", options.out.string(), what_is_lost(from, to, saved));
+  const auto written = [&] {
+    const fs::path& out = options.out;
+    if (!is_floor(out)) return out.string();
+    return fs::path(out).replace_extension(".pgm").string() + " and " +
+           fs::path(out).replace_extension(".yaml").string();
+  };
+  fmt::print("{}: written{}\n", written(), what_is_lost(from, to, saved));
   return kSuccess;
 }
 

@@ -126,21 +126,38 @@ FloorMap floor_from(const MapServerYaml& yaml, const Pgm& pgm, Time stamp) {
 
 }  // namespace
 
+namespace {
+
+/// As YAML has it: in quotes, unless nothing in it could mean anything else.
+std::string yaml_text(const std::string& text) {
+  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; };
+  const bool is_word = std::all_of(text.begin(), text.end(), [&](char c) { return plain(c) || c == '-'; });
+  if (!text.empty() && is_word && std::isalpha(static_cast<unsigned char>(text[0])) != 0) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
 void write_map_server(const FloorMap& floor, const fs::path& folder, const std::string& name) {
   const FloorGrid& grid = floor.grid;
   const std::string image = name + ".pgm";
-  write_whole(folder / image, [&](std::ostream& out) {
+  const auto write_image = [&](std::ostream& out) {
     out << "P5\n" << grid.width << ' ' << grid.height << "\n255\n";
     for (int y = grid.height - 1; y >= 0; --y) {
       for (int x = 0; x < grid.width; ++x)
         out.put(static_cast<char>(pgm_value(floor.cells[grid.index({x, y})])));
     }
-  });
+  };
+  // The image takes its place while all of the other is on its way: both appear, or neither.
   write_whole(folder / (name + ".yaml"), [&](std::ostream& out) {
     out << fmt::format(
         "image: {}\nresolution: {}\norigin: [{}, {}, 0]\nnegate: 0\noccupied_thresh: {}\nfree_thresh: "
         "{}\n",
-        image, grid.resolution, grid.origin.x(), grid.origin.y(), kOccupiedThreshold, kFreeThreshold);
+        yaml_text(image), grid.resolution, grid.origin.x(), grid.origin.y(), kOccupiedThreshold,
+        kFreeThreshold);
+    if (out.flush()) write_whole(folder / image, write_image);
   });
 }
 

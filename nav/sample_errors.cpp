@@ -30,9 +30,9 @@ constexpr int kAllBins = kMostSigmas * kBins;
 /// How many second differences lie in each bin; in the last, those that do not count.
 using Histogram = std::array<std::uint32_t, kAllBins + 1>;
 
-struct SampleRow {
-  const float *w, *sigma;
-  int width, apart;
+struct SampleTriples {
+  const float *before, *here, *after, *sigma;
+  int count;
 };
 
 }  // namespace
@@ -47,13 +47,13 @@ using V = hn::Vec<D>;
 constexpr D d;
 constexpr hn::RebindToSigned<D> di;
 
-void count_row(const SampleRow& in, Histogram& histogram) {
+void count_triples(const SampleTriples& in, Histogram& histogram) {
   constexpr std::size_t kMost = HWY_MAX_BYTES / sizeof(float);
   const auto lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN std::int32_t bins[kMost];
-  for (int x = in.apart; x + in.apart < in.width; x += lanes) {
-    const V left = hn::LoadU(d, in.w + x - in.apart), here = hn::LoadU(d, in.w + x),
-            right = hn::LoadU(d, in.w + x + in.apart), sigma = hn::LoadU(d, in.sigma + x);
+  for (int x = 0; x < in.count; x += lanes) {
+    const V left = hn::LoadU(d, in.before + x), here = hn::LoadU(d, in.here + x),
+            right = hn::LoadU(d, in.after + x), sigma = hn::LoadU(d, in.sigma + x);
     const auto known = hn::And(hn::Gt(hn::Min(hn::Min(left, here), right), hn::Set(d, kLeastKnown)),
                                hn::Gt(sigma, hn::Zero(d)));
     const V bend = hn::Abs(hn::Sub(hn::Add(left, right), hn::Add(here, here)));
@@ -74,7 +74,7 @@ HWY_AFTER_NAMESPACE();
 namespace headway::nav {
 namespace {
 
-HWY_EXPORT(count_row);
+HWY_EXPORT(count_triples);
 
 constexpr int kRowsApart = 4;           // one row of so many is looked at
 constexpr std::uint32_t kFewest = 200;  // second differences
@@ -89,16 +89,27 @@ double quantile_of(const Histogram& histogram, std::uint32_t known) {
   return static_cast<double>(bin) + (kQuantile * known - below) / histogram[bin];
 }
 
-}  // namespace
-
-double sample_errors(const RingImage<float>& w, const RingImage<float>& sigma, int apart) {
-  Histogram histogram{};
-  for (int y = 0; y < w.height(); y += kRowsApart)
-    HWY_DYNAMIC_DISPATCH(count_row)({w.row(y), sigma.row(y), w.width(), apart}, histogram);
+double errors_of(const Histogram& histogram) {
   std::uint32_t known = 0;
   for (std::size_t bin = 0; bin < kAllBins; ++bin) known += histogram[bin];
   if (known < kFewest) return 0;
   return std::min(1.0, kSigmaOfQuantile * quantile_of(histogram, known) / kBins);
+}
+
+}  // namespace
+
+double sample_errors(const RingImage<float>& w, const RingImage<float>& sigma, int apart) {
+  Histogram across{}, down{};
+  const auto count = [](const SampleTriples& triples, Histogram& histogram) {
+    HWY_DYNAMIC_DISPATCH(count_triples)(triples, histogram);
+  };
+  for (int y = 0; y < w.height(); y += kRowsApart) {
+    const float* here = w.row(y) + apart;
+    count({here - apart, here, here + apart, sigma.row(y) + apart, w.width() - 2 * apart}, across);
+    if (y >= apart && y + apart < w.height())
+      count({w.row(y - apart), w.row(y), w.row(y + apart), sigma.row(y), w.width()}, down);
+  }
+  return std::min(errors_of(across), errors_of(down));
 }
 
 }  // namespace headway::nav

@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "config/part_file.h"
 #include "config/write_fault.h"
 
 namespace headway::runtime {
@@ -35,18 +36,16 @@ class Descriptor {
 }  // namespace
 
 void write_durably(const fs::path& file, const std::function<void(std::ostream&)>& write) {
-  fs::path part = file;
-  part += ".part";
+  config::PartFile part(file);
   // Open all the while, so that it learns of every fault in writing back.
-  const Descriptor on_disk(part, O_WRONLY | O_CREAT | O_TRUNC);
+  const Descriptor on_disk(part.path(), O_WRONLY | O_CREAT | O_TRUNC);
   if (!on_disk.is_open()) config::fail_to_write(file, "cannot be written", errno);
-  std::ofstream out(part, std::ios::binary);
+  std::ofstream out(part.path(), std::ios::binary);
   write(out);
   out.close();
   if (!out || !on_disk.sync()) config::fail_to_write(file, "cannot be written completely", errno);
-  std::error_code error;
-  fs::rename(part, file, error);
-  if (error) config::fail_to_write(file, "cannot be replaced", error.value());
+  if (const std::error_code error = part.take_its_place())
+    config::fail_to_write(file, "cannot be replaced", error.value());
   // The name is on the disk only when the folder is.
   const Descriptor folder(file.has_parent_path() ? file.parent_path() : fs::path("."),
                           O_RDONLY | O_DIRECTORY);

@@ -6,6 +6,11 @@
 #include "hal/on_floor.h"
 
 namespace headway::runtime {
+namespace {
+
+constexpr double kStep = 0.1;  // [m] who has gone no farther stands still, and sways
+
+}  // namespace
 
 Localisation::Localisation(const LocalisationConfig& config, const nav::VoxelMap& map)
     : config_(config),
@@ -21,6 +26,7 @@ void Localisation::restore(const nav::SurfacePoints& surfaces) {
   for (const nav::SurfaceVoxel& voxel : surfaces.saved()) surfaces_.restore(voxel);
   drift_.doubt_start(config_.start_shift, config_.start_turn);
   placed_ = false;
+  restored_ = true;
 }
 
 void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
@@ -30,7 +36,9 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
   if (!config_.use) return;
   nav::view_patches(view, config_.patches, patches_);
   odom_from_view_ = odom_from_view;
-  drift_.move(on_floor(odom_from_chest), stamp);
+  const Pose2 stands = on_floor(odom_from_chest);
+  if (!start_) start_ = stands;
+  drift_.move(stands, stamp);
   leave_out_what_moves(passing);
   if (drift_.covariance().isZero()) return;  // nothing can be off yet
   const Pose2 robot = drift_.map_from_robot();
@@ -38,7 +46,8 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
                                 robot.position(), drift_.covariance());
   drift_.correct(alignment_);
   count();
-  if (alignment_ && found_place()) placed_ = true;
+  if (restored_ && (start_->position() - stands.position()).norm() < kStep)
+    placed_ = (placed_ || (alignment_ && found_place())) && near_start();
   const Pose2 planned = steady_ * drift_.map_from_odom().inverse() * drift_.map_from_robot();
   const Pose2 now = drift_.map_from_robot();
   if ((planned.position() - now.position()).norm() > config_.steady_shift ||
@@ -59,6 +68,14 @@ bool Localisation::found_place() const {
   constexpr double kShift = 0.03, kTurn = 0.02;  // standard deviations [m, rad]
   const Eigen::Matrix3d& c = drift_.covariance();
   return std::max(c(0, 0), c(1, 1)) <= kShift * kShift && c(2, 2) <= kTurn * kTurn;
+}
+
+/// Not found where nobody would have set the robot up.
+bool Localisation::near_start() const {
+  constexpr double kSigmas = 4;
+  const Pose2 moved = start_->inverse() * drift_.map_from_odom() * *start_;
+  return moved.position().norm() <= kSigmas * config_.start_shift &&
+         std::abs(moved.yaw) <= kSigmas * config_.start_turn;
 }
 
 void Localisation::learn() {

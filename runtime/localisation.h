@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "hal/pose2.h"
@@ -23,7 +24,8 @@ struct LocalisationConfig {
   nav::LocaliseConfig localise;
   DriftConfig drift;
   GlanceConfig glance;
-  // Standard deviations of where the robot is set up in a map that is known from before:
+  // Standard deviations of where the robot is set up in a map that is known from before. A place farther off
+  // than four of them is a chance match: the map is of elsewhere, or the robot stands elsewhere.
   double start_shift = 0.05;  ///< [m]
   double start_turn = 0.035;  ///< [rad]
   // Plans are made again from the corrected place when it has moved farther than this:
@@ -44,7 +46,8 @@ class Localisation {
   Localisation(const LocalisationConfig& config, const nav::VoxelMap& map);
 
   /// Takes over the surfaces of a map that is known from before, ahead of the first view. Until views have
-  /// told where in it the robot stands, placed() is false, and they must not become part of it.
+  /// told where in it the robot stands, placed() is false, and they must not become part of it. They may take
+  /// that back while the robot has not walked.
   void restore(const nav::SurfacePoints& surfaces);
   bool placed() const { return placed_; }
 
@@ -70,9 +73,11 @@ class Localisation {
   void leave_out_what_moves(const nav::PassingObstacles& passing);
   void count();
   bool found_place() const;
+  bool near_start() const;
 
   LocalisationConfig config_;
-  bool placed_ = true;
+  bool placed_ = true, restored_ = false;
+  std::optional<Pose2> start_;  ///< where the robot stood when it saw first, in the odometry frame
   const nav::VoxelMap& map_;
   nav::SurfacePoints surfaces_;
   nav::Localiser localiser_;

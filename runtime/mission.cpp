@@ -98,7 +98,8 @@ MotionOrder Mission::update(const MissionInput& input) {
     case MissionState::kLookAround:
       return look_around(input);
     case MissionState::kWalk:
-      return walk_on(input);
+      if (!input.placed) state_ = MissionState::kLookAround;
+      return input.placed ? walk_on(input) : rest(input);
     case MissionState::kLookAhead:
       return look_ahead(input);
     case MissionState::kWaitGoal:

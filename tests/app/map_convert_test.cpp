@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "app/command_map_convert.h"
+#include "hal/error.h"
 #include "nav/cold_map_file.h"
 #include "nav/floor_columns.h"
 #include "nav/floor_files.h"
@@ -86,7 +88,7 @@ TEST_F(MapConvert, SaysInOneLineWhatIsLost) {
   EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.ply").said,
               HasSubstr("map.ply: written, without the empty"));
   EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "map.pgm").said,
-              HasSubstr("map.pgm: written, without heights"));
+              HasSubstr("map.yaml: written, without heights"));
   EXPECT_THAT(convert(folder_ / "map.bt", folder_ / "again.bt").said, Not(HasSubstr("without")));
   std::size_t occupied = 0, points = 0;
   const auto count = [](const nav::ColdMap& map, std::size_t& n) {
@@ -136,6 +138,47 @@ TEST_F(MapConvert, SaysWhatIsWrong) {
   EXPECT_THAT(message("cloud.ply", "map.bt"), HasSubstr("resolution of the map must be given"));
   EXPECT_EQ(convert(folder_ / "cloud.ply", folder_ / "map.bt", {"--resolution", "0.1"}).code, kSuccess);
   EXPECT_EQ(convert(folder_ / "map.ot", folder_ / "map.bt", {"--resolution", "nan"}).code, kBadInput);
+}
+
+TEST_F(MapConvert, WritesOverNothingThatIsNotItsToWrite) {
+  const auto text = [&](const char* name) {
+    std::ifstream in(folder_ / name);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_EQ(convert(folder_ / "map.ot", folder_ / "floor.pgm").code, kSuccess);
+  const std::string image = text("floor.pgm"), yaml = text("floor.yaml");
+  for (const char* out : {"floor.yaml", "./floor.pgm"}) {
+    EXPECT_THAT(convert(folder_ / "floor.pgm", folder_ / out, {"--floor", "-1"}).error,
+                HasSubstr("would be written over IN"));
+  }
+  EXPECT_EQ(text("floor.pgm"), image);
+  EXPECT_EQ(text("floor.yaml"), yaml);
+  EXPECT_EQ(convert(folder_ / "map.ot", folder_ / "floor.pgm").code, kSuccess) << "a floor map of before";
+
+  std::ofstream(folder_ / "robot.yaml") << "name: hrp2\n";
+  EXPECT_THAT(convert(folder_ / "map.ot", folder_ / "robot.pgm").error,
+              AllOf(HasSubstr("robot.yaml: would be written over"), HasSubstr("choose another name")));
+  EXPECT_EQ(text("robot.yaml"), "name: hrp2\n");
+  EXPECT_FALSE(fs::exists(folder_ / "robot.pgm"));
+}
+
+TEST_F(MapConvert, WritesBothFilesOfAFloorMapOrNeither) {
+  nav::FloorMap floor = box_on_a_floor();
+  fs::create_directory(folder_ / "a.yaml");
+  EXPECT_THROW(nav::write_map_server(floor, folder_.path(), "a"), InputError);
+  EXPECT_FALSE(fs::exists(folder_ / "a.pgm"));
+  fs::create_directory(folder_ / "b.pgm");
+  EXPECT_THROW(nav::write_map_server(floor, folder_.path(), "b"), InputError);
+  EXPECT_FALSE(fs::exists(folder_ / "b.yaml"));
+  EXPECT_THAT(files(), testing::UnorderedElementsAre("map.ot", "a.yaml", "b.pgm"));
+}
+
+TEST_F(MapConvert, ReadsWhatItWroteWhateverTheName) {
+  for (const char* name : {"b: c#", "&a", "it's", "12", "null", "-", "~", "a b"}) {
+    EXPECT_EQ(convert(folder_ / "map.ot", folder_ / (std::string(name) + ".yaml")).code, kSuccess);
+    const Outcome back = convert(folder_ / (std::string(name) + ".yaml"), folder_ / "again.bt");
+    EXPECT_EQ(back.code, kSuccess) << name << ": " << back.error;
+  }
 }
 
 TEST_F(MapConvert, TeachesAndLeavesTheCommandAboveAsItWas) {

@@ -113,6 +113,20 @@ TEST(SimSession, WalksNowhereAndSpoilsNothingInAMapThatTheViewsDoNotFit) {
   EXPECT_TRUE(second.mapper().everything() == known.map);
 }
 
+TEST(SimSession, WalksNowhereInAMapOfAnotherRoomHoweverWellItsWallsCanBeMadeToFit) {
+  SimSession first(hrp2(), world("moving_box"), range_mode());
+  ASSERT_TRUE(first.run().arrived);
+  nav::SavedMap known(first.mapper().everything());
+  known.surfaces = first.frame_loop().localisation().surfaces();
+
+  SimSession second(hrp2(), world("lab"), range_mode());
+  second.restore(known);
+  const SimOutcome outcome = second.run();
+  EXPECT_EQ(outcome.end, "stopped");
+  EXPECT_NE(outcome.reason.find("set the robot up"), std::string::npos) << outcome.reason;
+  EXPECT_EQ(outcome.walked, 0);
+}
+
 TEST(SimSession, GoesAroundABarTooLowForTheVoxels) {
   sim::World low = world("bar");
   const auto lower = std::ranges::find(low.things, "bar", &sim::Thing::name);
