@@ -162,7 +162,8 @@ TEST(DurableFile, SaysWhatIsWrongAndKeepsWhatWasThere) {
   std::ofstream(folder / "taken" / "file") << "in the way";
   EXPECT_THAT(message(folder / "taken"), testing::HasSubstr("taken: cannot be replaced"));
   EXPECT_TRUE(fs::exists(folder / "taken" / "file"));
-  EXPECT_THROW(write_durably(folder / "half", [](std::ostream&) { throw InputError("no more"); }), InputError);
+  EXPECT_THROW(write_durably(folder / "half", [](std::ostream&) { throw InputError("no more"); }),
+               InputError);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder.path()))
     EXPECT_EQ(entry.path().filename(), "taken") << "nothing half written stays";
   if (fs::exists("/dev/full")) {
