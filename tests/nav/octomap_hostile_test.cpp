@@ -152,7 +152,7 @@ TEST(HostileFiles, ThatAreNoFilesAreNamed) {
     return std::string("accepted");
   };
   EXPECT_THAT(message(folder / "none.bt"), AllOf(HasSubstr("none.bt: no such file"), Not(HasSubstr("\n"))));
-  EXPECT_THAT(message(folder.path()), HasSubstr("cannot be read"));
+  EXPECT_THAT(message(folder.path()), HasSubstr("is a folder, expected a file"));
   EXPECT_THAT(message("/dev/zero"), HasSubstr("/dev/zero: cannot be read"));
 }
 
