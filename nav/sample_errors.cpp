@@ -76,7 +76,7 @@ namespace {
 
 HWY_EXPORT(count_triples);
 
-constexpr int kRowsApart = 4;           // one row of so many is looked at
+constexpr int kRows = 30;               // are looked at, about
 constexpr std::uint32_t kFewest = 200;  // second differences
 constexpr double kQuantile = 0.25;
 constexpr double kSigmaOfQuantile = 3.1383;  // of a Gaussian's absolute values
@@ -103,7 +103,8 @@ double sample_errors(const RingImage<float>& w, const RingImage<float>& sigma, i
   const auto count = [](const SampleTriples& triples, Histogram& histogram) {
     HWY_DYNAMIC_DISPATCH(count_triples)(triples, histogram);
   };
-  for (int y = 0; y < w.height(); y += kRowsApart) {
+  const int rows_apart = std::max(1, w.height() / kRows);
+  for (int y = 0; y < w.height(); y += rows_apart) {
     const float* here = w.row(y) + apart;
     count({here - apart, here, here + apart, sigma.row(y) + apart, w.width() - 2 * apart}, across);
     if (y >= apart && y + apart < w.height())
