@@ -1,10 +1,13 @@
 // headway map: a recorded sequence in, the map of what it saw out.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <set>
+#include <string>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -187,6 +190,7 @@ class MapRun {
         eyes_(sequence_, options.near, options.far, vision_of(options)) {}
 
   int run() {
+    refuse_among_images();
     out_.emplace(options_.out, "map",
                  std::initializer_list<const char*>{"map_view.png", "map_above.png", "floor.png", "cloud.ply",
                                                     "map.bt", "floor.pgm", "floor.yaml"});
@@ -195,8 +199,8 @@ class MapRun {
     floor_ = nav::unseen_floor(nav::floor_grid(*map_));
     projection_.emplace(floor_.grid);
     const Json box = box_report(*map_);
-    fmt::print("{} frames; map of {} voxels, {} MiB\n", sequence_.frames.size(), box["voxels"].dump(),
-               box["memory_mib"].dump());
+    fmt::print("{} frames{}; map of {} voxels, {} MiB\n", sequence_.frames.size(), left_out(),
+               box["voxels"].dump(), box["memory_mib"].dump());
     integrate_all();
     write_map();
     write_report(box);
@@ -217,6 +221,25 @@ class MapRun {
       throw InputError(fmt::format("map: {} is for stereo pairs, but {} holds depth images; leave it out",
                                    idle, options.sequence.string()));
     return sequence;
+  }
+
+  /// Pictures beside a sequence's images would be taken for some of them the next time.
+  void refuse_among_images() const {
+    std::error_code ignored;
+    const fs::path out = fs::weakly_canonical(options_.out / "file", ignored).parent_path();
+    for (const SequenceFrame& frame : sequence_.frames) {
+      for (const fs::path& image : {frame.left, frame.right}) {
+        if (image.empty() || fs::weakly_canonical(image, ignored).parent_path() != out) continue;
+        throw InputError(fmt::format("map: --out: {} holds the sequence's own images; choose another folder",
+                                     options_.out.string()));
+      }
+    }
+  }
+
+  std::string left_out() const {
+    if (sequence_.skipped.empty()) return "";
+    return fmt::format(" ({} left out: {}{})", sequence_.skipped.size(), sequence_.skipped.front(),
+                       sequence_.skipped.size() > 1 ? ", and others" : "");
   }
 
   void integrate_all() {

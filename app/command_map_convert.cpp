@@ -1,7 +1,9 @@
 #include "app/command_map_convert.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -60,8 +62,13 @@ void refuse_to_write_over(const fs::path& yaml) {
 void write_floor(const nav::SavedMap& saved, const ConvertOptions& options) {
   refuse_to_write_over(fs::path(options.out).replace_extension(".yaml"));
   const fs::path folder = options.out.has_parent_path() ? options.out.parent_path() : fs::path(".");
-  nav::write_map_server(nav::floor_below(saved.map, {}, options.floor.value_or(0)), folder,
-                        options.out.stem().string());
+  const double height = options.floor.value_or(0);
+  const nav::FloorMap floor = nav::floor_below(saved.map, {}, height);
+  if (std::ranges::find(floor.cells, nav::Floor::kFree) == floor.cells.end()) {
+    fmt::print(stderr, "headway: {}: no cell of it is free; is its floor at z = {} m? --floor says where\n",
+               options.out.string(), height);
+  }
+  nav::write_map_server(floor, folder, options.out.stem().string());
 }
 
 /// How a format is read and written, and what does not survive it.

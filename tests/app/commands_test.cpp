@@ -194,6 +194,9 @@ TEST(Map, SaysWhatIsWrong) {
   EXPECT_TRUE(says(map({(folder / "none").string()}), {"none", "no such folder"}));
   write_room(folder / "in", 2);
   EXPECT_TRUE(says(map({(folder / "in").string(), "--near", "3", "--far", "2"}), {"--near", "--far"}));
+  EXPECT_TRUE(
+      says(run_headway({"map", "--out", (folder / "in/").string(), "--sequence", (folder / "in").string()}),
+           {"--out", "the sequence's own images"}));
   write_png(cv::Mat(10, 16, CV_16U, cv::Scalar(2560)), folder / "in/frame-000001.depth.png");
   EXPECT_TRUE(says(map({(folder / "in").string()}), {"frame-000001.depth.png", "16 x 10", "160 x 120"}));
   write_png(canvas(160, 120, {1, 2, 3}), folder / "in/frame-000001.depth.png");

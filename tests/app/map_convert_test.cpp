@@ -132,6 +132,9 @@ TEST_F(MapConvert, SaysWhatIsWrong) {
   EXPECT_THAT(message("map.ot", "map.bt", {"--height", "2"}), HasSubstr("--height is for IN a floor map"));
   EXPECT_THAT(message("map.ot", "map.bt", {"--floor", "2"}), HasSubstr("--floor is for OUT a floor map"));
   EXPECT_THAT(message("map.ot", "floor.pgm", {"--floor", "-40"}), HasSubstr("nothing was seen between"));
+  const Outcome buried = convert(folder_ / "map.ot", folder_ / "low.pgm", {"--floor", "-0.5"});
+  EXPECT_EQ(buried.code, kSuccess);
+  EXPECT_THAT(buried.error, AllOf(HasSubstr("no cell of it is free"), HasSubstr("--floor")));
   std::ofstream(folder_ / "cloud.ply")
       << "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float "
          "y\nproperty float z\nend_header\n";
