@@ -130,9 +130,12 @@ namespace {
 
 /// As YAML has it: in quotes, unless nothing in it could mean anything else.
 std::string yaml_text(const std::string& text) {
-  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; };
-  const bool is_word = std::all_of(text.begin(), text.end(), [&](char c) { return plain(c) || c == '-'; });
-  if (!text.empty() && is_word && std::isalpha(static_cast<unsigned char>(text[0])) != 0) return text;
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
+  };
+  if (!text.empty() && std::ranges::all_of(text, plain) &&
+      std::isalpha(static_cast<unsigned char>(text[0])) != 0)
+    return text;
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
   return quoted + "'";
