@@ -124,10 +124,6 @@ FloorMap floor_from(const MapServerYaml& yaml, const Pgm& pgm, Time stamp) {
   return floor;
 }
 
-}  // namespace
-
-namespace {
-
 /// As YAML has it: in quotes, unless nothing in it could mean anything else.
 std::string yaml_text(const std::string& text) {
   const auto plain = [](char c) {
