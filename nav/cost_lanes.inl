@@ -79,6 +79,11 @@ HWY_INLINE Ticks lowest(Cells v) {
 HWY_INLINE Ticks first_of(Cells v) { return hn::GetLane(v); }
 HWY_INLINE Ticks last_of(Cells v) { return static_cast<Ticks>(_mm256_extract_epi16(v.raw, 15)); }
 
+/// The costs below a limit, else kTooDear.
+HWY_INLINE Cells where_below(Cells v, Cells limit) {
+  return hn::Or(v, hn::VecFromMask(dc, hn::Eq(hn::SaturatedSub(limit, v), hn::Zero(dc))));
+}
+
 /// Bit i: cost i lies below the limit.
 HWY_INLINE unsigned below(Cells v, Ticks limit) {
   const auto is_below = hn::Not(hn::Eq(hn::SaturatedSub(hn::Set(dc, limit), v), hn::Zero(dc)));
@@ -146,6 +151,9 @@ HWY_INLINE Cells cells_on(const Cells& v) {
     const int from = way == Way::kEast ? i + n : i - n;
     return from >= 0 && from < kChunkCells ? v.v[from] : kTooDear;
   });
+}
+HWY_INLINE Cells where_below(const Cells& v, const Cells& limit) {
+  return each([&](int i) { return v.v[i] < limit.v[i] ? v.v[i] : kTooDear; });
 }
 HWY_INLINE Ticks lowest(const Cells& v) { return *std::min_element(v.v, v.v + kChunkCells); }
 HWY_INLINE Ticks first_of(const Cells& v) { return v.v[0]; }

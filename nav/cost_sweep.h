@@ -25,6 +25,8 @@ constexpr int layer_of(int heading, Mode mode) {
 struct Arrival {
   Eigen::Vector2i cell{0, 0};
   std::array<Ticks, kHeadings> cost{};  ///< by the heading there; kTooDear: not allowed
+
+  bool operator==(const Arrival&) const = default;
 };
 
 /// From where to where, in cells.
@@ -123,10 +125,35 @@ struct CostSweep {
   std::vector<ChunkPlace> touched_list;
   std::vector<std::uint8_t> asks;  ///< of the row in hand, from one chunk before it on
 
+  /// The highest cost that is passed on grows by this much, in straight motions, while it is what keeps the
+  /// start from being reached.
+  static constexpr std::uint32_t kGrowth = 800;
+
   CostQuery query;
   std::uint32_t threshold = 0;          ///< costs from here on are not passed on yet
   int weight = 16;                      ///< sixteenths of the optimum that the result may cost
   std::size_t relaxed = 0, budget = 0;  ///< chunks worked on, and how many may be
+
+  void touch(int y, int i) {
+    std::uint8_t& known = touched[table.index(y, i)];
+    if (!known) touched_list.push_back({y, i});
+    known = 1;
+  }
+
+  /// What a goal costs in its own cell is to be passed on, where it is less than what is known.
+  void set(const Arrival& goal) {
+    const int y = goal.cell.y(), i = goal.cell.x() / kChunkCells, lane = goal.cell.x() % kChunkCells;
+    for (int layer = 0; layer < kLayers; ++layer) {
+      Ticks& known = table.at(y, i).cost[layer][lane];
+      const Ticks cost = goal.cost[static_cast<std::size_t>(layer % kHeadings)];
+      if (known <= cost) continue;
+      known = cost;
+      touch(y, i);
+      if (y > 0) up.note(y, i, cost);
+      if (y + 1 < height) down.note(y, i, cost);
+      along.note(y, i, cost);
+    }
+  }
 
   /// What the goal costs from the start, as known so far.
   Ticks at_start() const {
@@ -149,9 +176,11 @@ struct CostSweep {
   std::uint32_t least_from_start(int y, int i) const {
     const int first = i * kChunkCells, last = first + kChunkCells - 1, x = query.start.x();
     const int dx = std::max({first - x, x - last, 0}), dy = std::abs(y - query.start.y());
-    const int straight = costs.least[0], diagonal = std::min<int>(costs.least[1], 2 * straight);
-    return static_cast<std::uint32_t>(straight * std::abs(dx - dy) + diagonal * std::min(dx, dy));
+    return static_cast<std::uint32_t>(costs.least[0] * std::abs(dx - dy) +
+                                      least_diagonal() * std::min(dx, dy));
   }
+  /// ... and so much, at least, any way a cell on diagonally.
+  int least_diagonal() const { return std::min<int>(costs.least[1], 2 * costs.least[0]); }
 };
 
 }  // namespace headway::nav

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "nav/cost_relax.inl"
+#include "nav/cost_repair.h"
 
 // Everything above HWY_ONCE is compiled once for each instruction set.
 HWY_BEFORE_NAMESPACE();
@@ -46,18 +47,6 @@ class Sweeper {
       if (s_.relaxed >= s_.budget) return false;
     }
     return true;
-  }
-
-  /// The goals' chunks have been set.
-  void begin() {
-    for (const Arrival& goal : s_.query.goals) {
-      const int y = goal.cell.y(), i = goal.cell.x() / kChunkCells;
-      bound_ = s_.bound();
-      first_ = s_.chunks;
-      last_ = -1;
-      note(y, i, {0, kAskEast | kAskWest | kAskEastOfPrevious | kAskWestOfNext});
-      if (last_ >= 0) chains(y);
-    }
   }
 
  private:
@@ -124,11 +113,9 @@ class Sweeper {
   /// A chunk has changed: who is to look at it?
   HWY_INLINE void note(int y, int i, const Change& change) {
     if (change.lowest == kTooDear) return;
+    s_.touch(y, i);
     if (y > 0) s_.up.note(y, i, change.lowest);
     if (y + 1 < s_.height) s_.down.note(y, i, change.lowest);
-    std::uint8_t& touched = s_.touched[s_.table.index(y, i)];
-    if (!touched) s_.touched_list.push_back({y, i});
-    touched = 1;
     if (matters(change.lowest, y, i))
       ask(i, change.asks);
     else
@@ -188,10 +175,6 @@ class Sweeper {
   bool again_ = false;
 };
 
-/// The highest cost that is passed on grows by this much, in straight motions, while it is what keeps the
-/// start from being reached.
-constexpr std::uint32_t kGrowth = 800;
-
 bool settle_sweeps(CostSweep& s) {
   Sweeper sweeper(s);
   bool up = s.query.start.y() < s.query.goals.front().cell.y();
@@ -201,12 +184,10 @@ bool settle_sweeps(CostSweep& s) {
     idle = any ? 0 : idle + 1;
     if (idle < 2) continue;
     if (s.bound() < s.threshold || !(s.up.any() || s.down.any() || s.along.any())) return true;
-    s.threshold += std::max(kGrowth * s.costs.least[0], s.threshold / 4);
+    s.threshold += std::max(CostSweep::kGrowth * s.costs.least[0], s.threshold / 4);
     idle = 0;
   }
 }
-
-void begin_sweeps(CostSweep& s) { Sweeper(s).begin(); }
 
 }  // namespace
 }  // namespace headway::nav::HWY_NAMESPACE
@@ -217,11 +198,10 @@ namespace headway::nav {
 namespace {
 
 HWY_EXPORT(settle_sweeps);
-HWY_EXPORT(begin_sweeps);
 
 }  // namespace
 
-void CostToGoal::begin(const CostQuery& query, std::uint32_t expected) {
+void CostToGoal::forget() {
   CostSweep& s = sweep_;
   for (const ChunkPlace& c : s.touched_list) {
     CostTable::forget(s.table.at(c.y, c.i));
@@ -229,20 +209,26 @@ void CostToGoal::begin(const CostQuery& query, std::uint32_t expected) {
     for (Pending* p : {&s.up, &s.down, &s.along}) p->forget(c.y, c.i);
   }
   s.touched_list.clear();
+  s.query.goals.clear();
+}
+
+void CostToGoal::floor_changed(const FloorChanges& changes) {
+  if (changes.everything)
+    forget();
+  else
+    repair(sweep_, changes.chunks);
+}
+
+void CostToGoal::begin(const CostQuery& query, std::uint32_t expected) {
+  CostSweep& s = sweep_;
+  if (s.query.goals != query.goals) forget();
   s.query = query;
   s.weight = 16;
   s.relaxed = 0;
-  for (const Arrival& goal : query.goals) {
-    const int x = goal.cell.x();
-    CostChunk& chunk = s.table.at(goal.cell.y(), x / kChunkCells);
-    for (int h = 0; h < kHeadings; ++h)
-      for (const Mode mode : {Mode::kForward, Mode::kSideway})
-        chunk.cost[layer_of(h, mode)][x % kChunkCells] = goal.cost[static_cast<std::size_t>(h)];
-  }
-  const std::uint32_t growth = 800u * s.costs.least[0];
+  for (const Arrival& goal : query.goals) s.set(goal);
+  const std::uint32_t growth = CostSweep::kGrowth * s.costs.least[0];
   const Eigen::Vector2i& first = query.goals.front().cell;
   s.threshold = expected > 0 ? expected : s.least_from_start(first.y(), first.x() / kChunkCells) + growth;
-  HWY_DYNAMIC_DISPATCH(begin_sweeps)(s);
 }
 
 bool CostToGoal::settle(int weight, std::size_t budget) {

@@ -17,19 +17,31 @@ namespace headway::nav {
 /// found. If s is not the start, its change was not passed on, hence (C* w >= (cost(s) + least) w > cost at
 /// the start), now or then, and that only falls: cost at the start <= w C*. With w = 1 every state on any
 /// cheapest path gets its exact cost.
+///
+/// None of this asks where the sweeps began. So while the goals stay, the costs are kept from query to query,
+/// with the changes that were not passed on: a start that moves costs next to nothing, and of a floor that
+/// changes (see cost_repair.h) only what lies behind the change, as seen from the goal, is found anew.
 class CostToGoal {
  public:
-  /// Both must stay where they are. The floor may change between queries, its size may not.
+  /// Both must stay where they are. The floor may change between queries, its number of chunks may not.
   CostToGoal(const FloorChunks& floor, const MotionCosts& costs) : sweep_(floor, costs) {}
 
-  /// Forgets the last query. `expected`: about what the goal should cost [ticks], which spares work when it
-  /// is not too low; 0: nobody knows.
+  /// To be told after each change of the floor.
+  void floor_changed(const FloorChanges& changes);
+
+  /// Goes on from what is known when the goals are those of the last query, else begins anew. `expected`:
+  /// about what the goal should cost [ticks], which spares work when it is not too low; 0: nobody knows.
   void begin(const CostQuery& query, std::uint32_t expected = 0);
 
   /// Sweeps until the cost at the start is at most weight / 16 of the optimum: true; or until `budget` chunks
   /// have been worked on since begin() (looked at after each row): false. May go on with a lower weight or
   /// more budget.
   bool settle(int weight, std::size_t budget);
+
+  /// Whether a floor has the number of chunks that this was made for.
+  bool fits(const FloorChunks& floor) const {
+    return floor.height() == sweep_.height && floor.chunks() == sweep_.chunks;
+  }
 
   /// kTooDear before any way is found; never too low, and never rising.
   Ticks at_start() const { return sweep_.at_start(); }
@@ -41,6 +53,8 @@ class CostToGoal {
   std::size_t bytes() const;
 
  private:
+  void forget();
+
   CostSweep sweep_;
 };
 

@@ -29,6 +29,19 @@ struct FloorChunk {
   std::array<std::array<Ticks, kChunkCells>, 2> price;  ///< added when leaving the cell [diagonally][cell]
 };
 
+/// How a chunk's floor has changed.
+struct ChunkChange {
+  std::int32_t y, i;     ///< the chunk's row, and its number there
+  std::uint16_t raised;  ///< cells, a bit each, from which something costs more than before
+  bool lowered;          ///< from some cell something costs less
+};
+
+/// What has changed between two states of a floor.
+struct FloorChanges {
+  bool everything = false;  ///< nothing that was known holds
+  std::vector<ChunkChange> chunks;
+};
+
 /// Row-major; rows are rounded up to whole blocks, and from cells beyond the width every motion is blocked.
 class FloorChunks {
  public:

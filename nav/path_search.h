@@ -36,9 +36,12 @@ class PathSearch {
     std::size_t first_relaxed = 0, relaxed = 0;  ///< chunks worked on until a path was known, and in all
   };
 
-  /// Both must stay where they are; the floor's size may not change.
+  /// Both must stay where they are; the floor's number of chunks may not change.
   PathSearch(const FloorChunks& floor, const MotionCosts& costs)
       : floor_(floor), costs_(costs), to_goal_(floor, costs) {}
+
+  /// To be told after each change of the floor.
+  void floor_changed(const FloorChanges& changes) { to_goal_.floor_changed(changes); }
 
   /// A path within 1.0625 of the cheapest, bettered while no more than `budget` further chunks are worked on;
   /// of equally cheap ones always the same. Nothing: there is none. `expected`: see CostToGoal::begin.

@@ -265,7 +265,11 @@ std::uint32_t Planner::Search::expected_cost() const {
 
 /// Brings what is known of the floor up to date.
 void Planner::Search::survey(const FloorMap& map, const GroundView& ground) {
-  if (floor_.update(map, ground) || !search_) search_.emplace(floor_.chunks(), costs_);
+  const FloorChanges& changes = floor_.update(map, ground);
+  if (!search_ || !search_->to_goal().fits(floor_.chunks()))
+    search_.emplace(floor_.chunks(), costs_);
+  else
+    search_->floor_changed(changes);
 }
 
 PlanResult Planner::Search::search(const FloorMap& map, const Pose2& start, unsigned headings) {

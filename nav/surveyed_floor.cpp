@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 namespace headway::nav {
 
@@ -13,12 +14,31 @@ namespace {
 
 constexpr int kNoCell = std::numeric_limits<int>::max();
 
+/// Of the chunk at (y, i); nothing where it is the same.
+std::optional<ChunkChange> change_of(int y, int i, const FloorChunk& before, const FloorChunk& now) {
+  if (std::memcmp(&before, &now, sizeof now) == 0) return std::nullopt;
+  unsigned raised = 0, lowered = 0;
+  for (std::size_t slot = 0; slot < kConfigurations; ++slot) {
+    raised |= now.blocked[slot] & ~unsigned{before.blocked[slot]};
+    lowered |= before.blocked[slot] & ~unsigned{now.blocked[slot]};
+  }
+  for (std::size_t diagonal = 0; diagonal < 2; ++diagonal) {
+    for (std::size_t cell = 0; cell < kChunkCells; ++cell) {
+      const Ticks old = before.price[diagonal][cell], price = now.price[diagonal][cell];
+      raised |= static_cast<unsigned>(price > old) << cell;
+      lowered |= static_cast<unsigned>(price < old);
+    }
+  }
+  return ChunkChange{y, i, static_cast<std::uint16_t>(raised), lowered != 0};
+}
+
 }  // namespace
 
-bool SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
+const FloorChanges& SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
   const bool other_size = chunks_.width() != map.grid.width || chunks_.height() != map.grid.height;
   if (other_size) chunks_.reset(map.grid.width, map.grid.height);
-  if (other_size || raster_.width == 0)
+  changes_ = {other_size || raster_.width == 0, {}};
+  if (changes_.everything)
     begin(map);
   else
     compare(map);
@@ -27,7 +47,7 @@ bool SurveyedFloor::update(const FloorMap& map, const GroundView& view) {
   look_near(view, near);
   near_ = near;
   rework();
-  return other_size;
+  return changes_;
 }
 
 void SurveyedFloor::begin(const FloorMap& map) {
@@ -119,12 +139,32 @@ void SurveyedFloor::rework(const CellBox& changed) {
                          row(changed.high.y() - std::min(dilation_.lowest(), bare_dilation_.lowest())),
                          column(changed.low.x() - reach) / kBlockCells,
                          column(changed.high.x() + reach) / kBlockCells};
+  const int far = prices_.reach();
+  const CellBox priced{{column(changed.low.x() - far) / kChunkCells, row(changed.low.y() - far)},
+                       {column(changed.high.x() + far) / kChunkCells, row(changed.high.y() + far)}};
+  const CellBox chunks{{std::min(priced.low.x(), column(changed.low.x() - reach) / kChunkCells),
+                        std::min(priced.low.y(), range.first_row)},
+                       {std::max(priced.high.x(), column(changed.high.x() + reach) / kChunkCells),
+                        std::max(priced.high.y(), range.last_row)}};
+  if (!changes_.everything) remember(chunks);
   dilation_.block(blocked_, range, chunks_);
   if (tight_cells_ > 0) bare_dilation_.block_more(tight_, range, chunks_);
-  const int far = prices_.reach();
-  prices_.compute(raster_, row(changed.low.y() - far), row(changed.high.y() + far),
-                  column(changed.low.x() - far) / kChunkCells, column(changed.high.x() + far) / kChunkCells,
-                  chunks_);
+  prices_.compute(raster_, priced.low.y(), priced.high.y(), priced.low.x(), priced.high.x(), chunks_);
+  if (!changes_.everything) list_changes(chunks);
+}
+
+void SurveyedFloor::remember(const CellBox& chunks) {
+  before_.clear();
+  for (int y = chunks.low.y(); y <= chunks.high.y(); ++y)
+    before_.insert(before_.end(), chunks_.row(y) + chunks.low.x(), chunks_.row(y) + chunks.high.x() + 1);
+}
+
+void SurveyedFloor::list_changes(const CellBox& chunks) {
+  auto before = before_.begin();
+  for (int y = chunks.low.y(); y <= chunks.high.y(); ++y) {
+    for (int i = chunks.low.x(); i <= chunks.high.x(); ++i, ++before)
+      if (const auto change = change_of(y, i, *before, chunks_.row(y)[i])) changes_.chunks.push_back(*change);
+  }
 }
 
 std::size_t SurveyedFloor::bytes() const {

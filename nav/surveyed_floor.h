@@ -20,8 +20,8 @@ class SurveyedFloor {
   SurveyedFloor(const Masks& masks, const Masks& bare_masks, const FloorPrices& prices, UnseenFloor unseen)
       : dilation_(masks), bare_dilation_(bare_masks), prices_(prices), unseen_(unseen) {}
 
-  /// Takes in a map as seen from a start. Returns whether the raster's size is another than before.
-  bool update(const FloorMap& map, const GroundView& view);
+  /// Takes in a map as seen from a start. What has changed holds until the next update.
+  const FloorChanges& update(const FloorMap& map, const GroundView& view);
   /// The next map counts as the first one.
   void forget() { raster_ = {}; }
 
@@ -38,6 +38,8 @@ class SurveyedFloor {
   void look_near(const GroundView& view, const CellBox& box);
   void rework();
   void rework(const CellBox& changed);
+  void remember(const CellBox& chunks);  ///< of `chunks`, x counts chunks
+  void list_changes(const CellBox& chunks);
 
   MaskDilation dilation_, bare_dilation_;
   FloorPrices prices_;
@@ -54,6 +56,8 @@ class SurveyedFloor {
   };
   std::vector<Span> changed_;  ///< cells of each row
   FloorChunks chunks_;
+  std::vector<FloorChunk> before_;  ///< of the chunks that are reworked
+  FloorChanges changes_;
 };
 
 }  // namespace headway::nav

@@ -36,7 +36,7 @@ struct Floorplan {
     config.start_is_free = false;
     update();
   }
-  void update() { floor.update(map, GroundView(map, config.unseen, {}, {}, false)); }
+  const FloorChanges& update() { return floor.update(map, GroundView(map, config.unseen, {}, {}, false)); }
   TextbookSearch textbook() const { return {map, config, {}, masks}; }
 };
 
@@ -188,12 +188,56 @@ TEST(PathSearch, CostsWhatTheTextbookSaysAndCanBeWalkedAgain) {
       const Vector2i low(dice.whole(0, plan.map.grid.width), dice.whole(0, plan.map.grid.height));
       fill(plan.map, low, low + Vector2i(dice.whole(0, 6), dice.whole(0, 6)),
            dice.whole(0, 2) ? Floor::kFree : Floor::kBlocked);
-      plan.update();
+      search.floor_changed(plan.update());
     }
   }
   EXPECT_GE(queries, 1000);
   EXPECT_GT(found_all, 400);
   EXPECT_GT(none, 100);
+}
+
+/// The same goals while obstacles come and go anywhere and the start moves: costs kept from query to query
+/// must not be told from costs found anew, whatever part of them an earlier query left undone.
+TEST(PathSearch, GoesOnFromTheLastQueryAsIfBegunAnew) {
+  Dice dice(36);
+  int found_all = 0, none = 0, spared = 0;
+  for (int run = 0; run < 30; ++run) {
+    Floorplan plan(random_floor(dice.whole(10, 90), dice.whole(10, 60), 0.08, dice), any_config(dice),
+                   kSmallBody);
+    PathSearch search(plan.floor.chunks(), plan.costs);
+    const CostQuery to = any_query(plan, dice);
+    for (int trial = 0; trial < 25; ++trial) {
+      CostQuery query = any_query(plan, dice);
+      query.goals = to.goals;
+      const std::uint32_t cost = cheapest(plan.textbook(), plan.map.grid, query);
+      const auto expected = static_cast<std::uint32_t>(dice.whole(0, 3) ? 0 : dice.whole(1, 3000));
+      const std::size_t budget =
+          dice.whole(0, 3) == 0 ? static_cast<std::size_t>(dice.whole(0, 60)) : kUnlimited;
+      const auto found = search.run(query, budget, expected);
+      ASSERT_EQ(found.has_value(), cost != kTooDear) << "run " << run << " trial " << trial;
+      ++(found ? found_all : none);
+      if (found) {
+        ASSERT_LE(found->cost, found->bound * cost) << "run " << run << " trial " << trial;
+        ASSERT_GE(found->cost, cost) << "run " << run << " trial " << trial;
+        walk_again(*found, plan.textbook(), query);
+        if (HasFatalFailure()) return;
+        if (found->bound == 1) {
+          const auto fresh = PathSearch(plan.floor.chunks(), plan.costs).run(query, kUnlimited);
+          ASSERT_EQ(found->states, fresh->states) << "run " << run << " trial " << trial;
+          spared += found->relaxed < fresh->relaxed / 2;
+        }
+      }
+      for (int updates = dice.whole(0, 3); updates > 0; --updates) {
+        const Vector2i low(dice.whole(0, plan.map.grid.width), dice.whole(0, plan.map.grid.height));
+        fill(plan.map, low, low + Vector2i(dice.whole(0, 6), dice.whole(0, 6)),
+             static_cast<Floor>(dice.whole(0, 3)));
+        search.floor_changed(plan.update());
+      }
+    }
+  }
+  EXPECT_GT(found_all, 400);
+  EXPECT_GT(none, 100);
+  EXPECT_GT(spared, 100);
 }
 
 /// Long ways around walls, where much may be left out.
@@ -280,6 +324,35 @@ TEST(PathSearch, IsTheSameOnEveryInstructionSet) {
   }
 }
 
+/// Also when it goes on after a change of the floor.
+TEST(PathSearch, GoesOnAlikeOnEveryInstructionSet) {
+  Dice dice(37);
+  for (int run = 0; run < 8; ++run) {
+    const Floorplan plan(random_floor(dice.whole(10, 120), dice.whole(10, 60), 0.08, dice), any_config(dice),
+                         kSmallBody);
+    const CostQuery query = any_query(plan, dice);
+    std::vector<Vector2i> patches;
+    for (int patch = 0; patch < 4; ++patch)
+      patches.emplace_back(dice.whole(0, plan.map.grid.width), dice.whole(0, plan.map.grid.height));
+    const auto work = [&] {
+      Floorplan own(plan.map, plan.config, kSmallBody);
+      PathSearch search(own.floor.chunks(), own.costs);
+      std::vector<std::size_t> relaxed;
+      for (std::size_t i = 0; i < patches.size(); ++i) {
+        const auto found = search.run(query, kUnlimited);
+        relaxed.push_back(search.to_goal().relaxed());
+        if (found) relaxed.push_back(found->cost);
+        fill(own.map, patches[i], patches[i] + Vector2i(4, 4), i % 2 ? Floor::kFree : Floor::kBlocked);
+        search.floor_changed(own.update());
+      }
+      return relaxed;
+    };
+    hwy::GetChosenTarget().Update(HWY_SCALAR);
+    const auto plain = work();
+    headway::test::on_every_target([&](const std::string& name) { EXPECT_EQ(work(), plain) << name; });
+  }
+}
+
 /// Whatever was searched before, and whatever was expected, the optimum is the same path.
 TEST(PathSearch, FindsTheSameOptimumFromEveryPast) {
   Dice dice(34);
@@ -304,8 +377,10 @@ TEST(PathSearch, KeepsToItsBudget) {
   CostQuery query;
   query.start = {30, 40};
   query.goals = {{{370, 250}, {}}};
-  PathSearch search(plan.floor.chunks(), plan.costs);
-  const auto first = search.run(query, 0), some = search.run(query, 50), best = search.run(query, kUnlimited);
+  const auto run = [&](std::size_t budget) {
+    return PathSearch(plan.floor.chunks(), plan.costs).run(query, budget);
+  };
+  const auto first = run(0), some = run(50), best = run(kUnlimited);
   ASSERT_TRUE(first && some && best);
   EXPECT_EQ(first->bound, 1.0625);
   EXPECT_EQ(first->relaxed, first->first_relaxed);

@@ -37,9 +37,10 @@ class TextbookSearch {
       obstacles_[i] =
           floor == Floor::kBlocked || (floor == Floor::kUnseen && config.unseen == UnseenFloor::kBlocked);
     }
-    for (auto& p : prices_) p.resize(grid_.size());
-    for (int y = 0; y < grid_.height; ++y)
-      for (int x = 0; x < grid_.width; ++x) price(map, {x, y});
+    unseen_.resize(grid_.size());
+    for (std::size_t i = 0; i < grid_.size(); ++i)
+      unseen_[i] = config.unseen == UnseenFloor::kCostly && map.cells[i] == Floor::kUnseen;
+    for (auto& p : prices_) p.assign(grid_.size(), kNotLookedAt);
     for (int diagonal = 0; diagonal < 2; ++diagonal) {
       for (int eighths = 0; eighths < 3; ++eighths) {
         const double length = grid_.resolution * (diagonal ? std::numbers::sqrt2 : 1);
@@ -74,11 +75,12 @@ class TextbookSearch {
   /// What a motion from a cell costs, the floor's price included.
   std::uint32_t motion(const Eigen::Vector2i& from, const Motion& m) const {
     const int diagonal = m.direction() % 2, eighths = std::abs(m.turn());
-    return (m.mode() == Mode::kForward ? forward_ : sideway_)[diagonal][eighths] +
-           prices_[diagonal][grid_.index(from)];
+    return (m.mode() == Mode::kForward ? forward_ : sideway_)[diagonal][eighths] + price(from, diagonal != 0);
   }
   std::uint32_t price(const Eigen::Vector2i& cell, bool diagonal) const {
-    return prices_[diagonal ? 1 : 0][grid_.index(cell)];
+    const std::uint32_t& known = prices_[diagonal ? 1 : 0][grid_.index(cell)];
+    if (known == kNotLookedAt) look_around(cell);
+    return known;
   }
 
   /// The cheapest walk's cost; kNoWay when there is none.
@@ -136,7 +138,7 @@ class TextbookSearch {
            static_cast<std::uint32_t>(both) * std::min(forward_[1][0], 2 * forward_[0][0]);
   }
 
-  void price(const FloorMap& map, const Eigen::Vector2i& c) {
+  void look_around(const Eigen::Vector2i& c) const {
     const double size = grid_.resolution, range = config_.near_range;
     const int reach = static_cast<int>(range / size) + 1;
     double nearest = range;
@@ -151,8 +153,7 @@ class TextbookSearch {
     int unseen = 0;
     for (int y = -half; y <= half; ++y)
       for (int x = -half; x <= half; ++x)
-        unseen += config_.unseen == UnseenFloor::kCostly && grid_.contains({c.x() + x, c.y() + y}) &&
-                  map.at({c.x() + x, c.y() + y}) == Floor::kUnseen;
+        unseen += grid_.contains({c.x() + x, c.y() + y}) && unseen_[grid_.index({c.x() + x, c.y() + y})];
     const double share = config_.unseen_price * unseen / ((2 * half + 1) * (2 * half + 1));
     for (int diagonal = 0; diagonal < 2; ++diagonal) {
       const double straight = gait_.forward_seconds(size * (diagonal ? std::numbers::sqrt2 : 1));
@@ -165,10 +166,12 @@ class TextbookSearch {
   GaitLimits gait_;
   const Masks& masks_;
   double tick_;
-  std::vector<std::uint8_t> obstacles_;
-  std::array<std::vector<std::uint32_t>, 2> prices_;  // [diagonal][cell]
-  std::uint32_t forward_[2][3], sideway_[2][3];       // [diagonal][eighths turned, or off the heading]
-  std::vector<std::uint32_t> known_;                  // by state
+  static constexpr std::uint32_t kNotLookedAt = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint8_t> obstacles_, unseen_;
+  mutable std::array<std::vector<std::uint32_t>, 2>
+      prices_;                                   // [diagonal][cell], of cells that were asked for
+  std::uint32_t forward_[2][3], sideway_[2][3];  // [diagonal][eighths turned, or off the heading]
+  std::vector<std::uint32_t> known_;             // by state
   std::vector<bool> done_;
   std::size_t expansions_ = 0;
 };
