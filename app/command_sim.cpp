@@ -23,6 +23,7 @@ struct Options {
   std::filesystem::path world, map, out, robot = default_robot_file();
   std::vector<double> goal;
   std::string matcher, execution;
+  std::optional<double> step_over;
   std::uint64_t seed = 0;
   bool near = false, no_replan = false, range = false, exact_feet = false;
   double longest = 400;
@@ -63,14 +64,15 @@ void set_up_in(const std::filesystem::path& file, SimSession& session) {
 
 int run(const Options& options) {
   Robot robot = read_robot(options.robot);
+  if (options.execution == "orders") robot.mission.execution = nav::Execution::kOrders;
+  if (options.execution == "steps") robot.mission.execution = nav::Execution::kSteps;
+  if (options.step_over) step_over(*options.step_over, robot);
   if (!options.matcher.empty()) robot.vision.matcher.kind = vision::matcher_kind(options.matcher);
   const sim::World world = read_world_for(robot, options.world);
   SimOptions sim;
   sim.range_mode = options.range;
   sim.replan = !options.no_replan;
   sim.exact_feet = options.exact_feet;
-  if (options.execution == "steps") sim.execution = nav::Execution::kSteps;
-  if (options.execution == "orders") sim.execution = nav::Execution::kOrders;
   options.odometry.apply_to(sim);
   if (options.tilt_error) sim.tilt_error = *options.tilt_error * std::numbers::pi / 180;
   sim.seed = options.seed ? options.seed : world.seed;
@@ -134,6 +136,10 @@ void add_sim(CLI::App& app, Run& run_command) {
           "feet it places itself (orders); default: the robot's")
       ->check(CLI::IsMember({"steps", "orders"}))
       ->type_name("NAME");
+  command
+      ->add_option("--step-over", options->step_over,
+                   "Step over what rises no more than that [m]; default: the robot file's gait.step_over")
+      ->check(finite_in(0, 0.14));
   command->add_option("--robot", options->robot, "Robot file")->capture_default_str();
   command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")
       ->check(seed_number())

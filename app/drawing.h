@@ -18,6 +18,7 @@ namespace colours {
 inline const Colour kBackground{28, 24, 22};  ///< behind images, and where nothing was measured
 inline const Colour kPaper{255, 255, 255};
 inline const Colour kInk{40, 36, 34};
+inline const Colour kLow{66, 134, 196};  // what may be stepped over
 inline const Colour kPale{215, 210, 205};
 inline const Colour kPath{20, 130, 240}, kLeftFoot{200, 100, 20}, kRightFoot{50, 150, 30};
 // Told apart by colour-blind readers as well (Okabe and Ito).

@@ -175,6 +175,7 @@ void draw_cells(const nav::FloorMap& floor, const Frame& frame, Plan& plan) {
       const nav::Floor state = floor.at(cell);
       const Colour& known = state == nav::Floor::kFree      ? kFree
                             : state == nav::Floor::kBlocked ? kBlocked
+                            : state == nav::Floor::kLow     ? colours::kLow
                                                             : kUnseen;
       plan.image()(plan.cell(x, y)).setTo(scalar(floor.grid.contains(cell) ? known : kOutside));
     }

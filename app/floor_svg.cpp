@@ -125,6 +125,7 @@ std::string floor_svg(const nav::FloorMap& floor, const FloorLayers& layers, con
       page.width(), page.height(), escaped(title), hex(colours::kPale));
   text += group("free", "fill:" + hex(colours::kPaper), cells(floor, nav::Floor::kFree, page));
   text += group("blocked", "fill:" + hex(colours::kInk), cells(floor, nav::Floor::kBlocked, page));
+  text += group("low", "fill:" + hex(colours::kLow), cells(floor, nav::Floor::kLow, page));
   text += group("bodies",
                 fmt::format("fill:{0};fill-opacity:0.06;stroke:{0};stroke-opacity:0.35;stroke-width:0.5",
                             hex(colours::kSkyBlue)),

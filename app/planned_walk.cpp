@@ -57,8 +57,7 @@ PlannedWalk plan_walk(const Robot& robot, const nav::FloorMap& floor, const Pose
       nav::Planner(mission.planner, mission.gait, mission.outline, floor.grid).plan(floor, start, goal);
   if (!out.plan) return out;
   const hal::Stance stance = hal::Stance::parallel(start, mission.gait.feet_apart);
-  out.walk =
-      nav::walk_along(mission.execution, out.plan.path, stance, std::nullopt, floor.grid, mission.gait);
+  out.walk = nav::walk_along(mission.execution, out.plan.path, stance, std::nullopt, floor, mission.gait);
   const nav::WalkingConfig pattern = nav::walking_config(mission.gait);
   out.period = pattern.preview.period;
   nav::WalkForecaster forecaster(pattern, mission.gait.sole_length, mission.gait.sole_width);

@@ -76,6 +76,14 @@ void read_neck(const Section& neck, Robot& robot) {
   limits.acceleration = neck.number("acceleration_deg_s2", {1, 3600, "deg/s^2"}) * kDegree;
 }
 
+void read_step_over(const Section& section, nav::StepOverLimits& over) {
+  over.height = section.number("height", {0, 0.14, "m"});
+  over.forward = section.number_or("forward", over.forward, {0.05, 0.5, "m"});
+  over.margin = section.number_or("margin", over.margin, {0, 0.1, "m"});
+  over.duration = seconds(section.number_or("seconds", to_seconds(over.duration), {0.6, 1.55, "s"}));
+  over.cost = section.number_or("cost_seconds", over.cost, {0, 100, "s"});
+}
+
 void read_gait(const Section& gait, nav::GaitLimits& limits) {
   limits.feet_apart = gait.number("feet_apart", {0.05, 0.45, "m"});
   limits.forward = gait.number("forward", {0.01, 0.5, "m"});
@@ -88,6 +96,7 @@ void read_gait(const Section& gait, nav::GaitLimits& limits) {
   limits.sole_length = sole[0];
   limits.sole_width = sole[1];
   limits.zmp_margin = gait.number_or("zmp_margin", limits.zmp_margin, {0, 0.1, "m"});
+  if (const auto over = gait.section_if("step_over")) read_step_over(*over, limits.over);
   check(gait, limits);
 }
 
@@ -258,6 +267,23 @@ std::filesystem::path default_robot_file() {
   return name;
 }
 
+void step_over(double height, Robot& robot) {
+  if (height > 0 && robot.mission.execution == nav::Execution::kOrders)
+    throw InputError(
+        "stepping over low obstacles: the control computer places the feet of orders itself and knows of "
+        "none; "
+        "expected execution: steps");
+  if (height > 0 && robot.mapper.raised_floor.trip_height <= 0)
+    throw InputError(
+        "stepping over low obstacles: they are not looked for with trip_height: 0; expected more than 0 m");
+  robot.mission.gait.over.height = height;
+  robot.mapper.floor.step_over = height;
+  robot.mapper.raised_floor.low_height = height;
+  // Higher than that voxels tell.
+  double& highest = robot.mapper.raised_floor.highest;
+  if (height > 0) highest = std::max(highest, height + 2 * robot.mapper.voxels.resolution);
+}
+
 Robot read_robot(const std::filesystem::path& file) {
   require_kind(file, FileKind::kRobot);
   const Section section = Section::load(file, "robot");
@@ -282,6 +308,7 @@ Robot read_robot(const std::filesystem::path& file) {
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
   robot.mapper.integration.own_body = own_body(section, robot);
+  step_over(robot.mission.gait.over.height, robot);
   section.finish();
   robot.rig = vision::read_rig(rig);
   robot.mission.field = field_in_camera(robot.rig);

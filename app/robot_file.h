@@ -49,6 +49,10 @@ struct Robot {
 std::filesystem::path default_robot_file();
 
 /// Throws InputError `file:line: key: what, expected what`.
+/// Lets the robot step over what rises no more than that [m]. Throws InputError where it cannot: its
+/// footsteps are not its own, or what rises so little is not looked for.
+void step_over(double height, Robot& robot);
+
 Robot read_robot(const std::filesystem::path& file);
 
 }  // namespace headway::app

@@ -72,6 +72,8 @@ void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
   limits.nearest_side = std::min(limits.nearest_side, gait.feet_apart - gait.inward - kWire);
   limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
   limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
+  limits.clear = std::max(limits.clear, gait.over.height);
+  limits.forward_over = std::max(limits.forward_over, gait.over.forward + kWire);
   control.walking = nav::walking_config(gait);
   control.gait = gait;
 }
@@ -81,6 +83,13 @@ void drift(const nav::GaitLimits& gait, double share, std::uint64_t seed, sim::B
   const bool longer = seed % 2 == 1, left = seed / 2 % 2 == 1;
   body.stride_scale *= longer ? 1 + share : 1 - share;
   body.yaw_per_step += (left ? share : -share) * gait.yaw;
+}
+
+/// Legs that reach as far as such steps go. Below the ankles there is nothing of the robot but its feet.
+void let_step_over(const nav::GaitLimits& gait, sim::RobotConfig& config) {
+  constexpr double kLandsOff = 0.02;  // [m]
+  config.body.reach = std::max(config.body.reach, std::hypot(gait.over.forward, gait.feet_apart) + kLandsOff);
+  config.shape.legs_low = config.shape.foot_high;
 }
 
 sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
@@ -96,6 +105,7 @@ sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
   config.body.chest.height = robot.chest_height;
   config.control.chest.height = robot.chest_height;
   allow(robot.mission.gait, config.control);
+  if (robot.mission.gait.over.height > 0) let_step_over(robot.mission.gait, config);
   return config;
 }
 

@@ -181,7 +181,7 @@ void plan(benchmark::State& state) {
     }
     const hal::Stance stance = hal::Stance::parallel(lab.world.start, mission.gait.feet_apart);
     benchmark::DoNotOptimize(
-        nav::place_feet(result.path, stance, std::nullopt, lab.floor.grid, mission.gait).steps.data());
+        nav::place_feet(result.path, stance, std::nullopt, lab.floor, mission.gait).steps.data());
   }
 }
 BENCHMARK(plan)->Unit(benchmark::kMillisecond);

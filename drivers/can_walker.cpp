@@ -29,6 +29,7 @@ constexpr double kOldestMap = 65.535;  ///< what MapAge can say [s]
 
 bus::StepCommand command_of(std::uint8_t session, const hal::NumberedStep& s) noexcept {
   return {.foot = static_cast<bus::StepCommand::Foot>(s.step.foot),
+          .clear = s.step.clear,
           .seq = hal::wire_number(s.index),
           .session = session,
           .dx = s.step.landing.x,

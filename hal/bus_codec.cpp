@@ -18,7 +18,7 @@ constexpr SignalInfo kSignalsOfStepCommand[] = {
     {"Crc", ""},
     {"Counter", ""},
     {"Foot", ""},
-    {"Kind", ""},
+    {"Clear", "m"},
     {"Seq", ""},
     {"Session", ""},
     {"Dx", "m"},
@@ -157,6 +157,7 @@ void read(const Emcy& m, std::span<double> into) noexcept {
 }
 
 bool assign(StepCommand& m, std::span<const double> v) noexcept {
+  m.clear = v[3];
   m.dx = v[6];
   m.dy = v[7];
   m.dtheta = v[8];
@@ -165,7 +166,6 @@ bool assign(StepCommand& m, std::span<const double> v) noexcept {
   return from_double(v[0], m.crc) &&
       from_double(v[1], m.counter) &&
       from_double<StepCommand::Foot, std::uint8_t>(v[2], m.foot) &&
-      from_double(v[3], m.kind) &&
       from_double(v[4], m.seq) &&
       from_double(v[5], m.session);
 }
@@ -173,7 +173,7 @@ void read(const StepCommand& m, std::span<double> into) noexcept {
   into[0] = static_cast<double>(m.crc);
   into[1] = static_cast<double>(m.counter);
   into[2] = static_cast<double>(m.foot);
-  into[3] = static_cast<double>(m.kind);
+  into[3] = m.clear;
   into[4] = static_cast<double>(m.seq);
   into[5] = static_cast<double>(m.session);
   into[6] = m.dx;

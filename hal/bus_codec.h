@@ -155,12 +155,13 @@ struct StepCommand {
     }
     return false;
   }
-  static constexpr std::uint8_t kKindStep = 0;
 
   std::uint8_t crc = 0;  ///< 0..255
   std::uint8_t counter = 0;  ///< 0..14
   Foot foot = Foot::kLeft;  ///< the foot that swings
-  std::uint8_t kind = 0;  ///< 0; anything else is rejected; 0..7
+  /// height of what the swinging sole goes over, above the higher of both soles; 0: nothing; 0..0.14,
+  /// in steps of 0.02 [m]
+  double clear = 0;
   std::uint8_t seq = 0;  ///< number within the session, modulo 64, from 0; 0..63
   std::uint8_t session = 0;  ///< 1..15: the walk it belongs to; 0..15
   double dx = 0;  ///< forward along the standing foot; -0.512..0.511, in steps of 0.001 [m]
@@ -177,7 +178,7 @@ struct StepCommand {
         put(word, kFieldCounter, counter) &&
         is_listed(foot) &&
         put(word, kFieldFoot, static_cast<std::int64_t>(foot)) &&
-        put(word, kFieldKind, kind) &&
+        put_scaled(word, kFieldClear, 0.02, 0, clear) &&
         put(word, kFieldSeq, seq) &&
         put(word, kFieldSession, session) &&
         put_scaled(word, kFieldDx, 0.001, 0, dx) &&
@@ -199,7 +200,7 @@ struct StepCommand {
         get_as(word, kFieldCounter, m.counter) &&
         get_as(word, kFieldFoot, m.foot) &&
         is_listed(m.foot) &&
-        get_as(word, kFieldKind, m.kind) &&
+        get_scaled(word, kFieldClear, 0.02, 0, m.clear) &&
         get_as(word, kFieldSeq, m.seq) &&
         get_as(word, kFieldSession, m.session) &&
         get_scaled(word, kFieldDx, 0.001, 0, m.dx) &&
@@ -216,7 +217,7 @@ struct StepCommand {
   static constexpr Field kFieldCrc{0, 8, false, 0, 255};
   static constexpr Field kFieldCounter{8, 4, false, 0, 14};
   static constexpr Field kFieldFoot{12, 1, false, 0, 1};
-  static constexpr Field kFieldKind{13, 3, false, 0, 7};
+  static constexpr Field kFieldClear{13, 3, false, 0, 7};
   static constexpr Field kFieldSeq{16, 6, false, 0, 63};
   static constexpr Field kFieldSession{22, 4, false, 0, 15};
   static constexpr Field kFieldDx{26, 10, true, -512, 511};

@@ -19,9 +19,11 @@ struct Footstep {
   Pose2 landing;                     ///< support_from_landing [m, rad]
   double dz = 0;                     ///< height of the landing above the standing sole [m]
   Duration duration = seconds(0.8);  ///< lift-off of this step to that of the next (single + double support)
+  double clear = 0;  ///< height of what the swinging sole goes over, above the higher sole; 0: nothing [m]
 };
 
-/// The value that the step message of config/can/headway.dbc carries: 1 mm, 2 mrad, 8 mm, 50 ms.
+/// The value that the step message of config/can/headway.dbc carries: 1 mm, 2 mrad, 8 mm, 50 ms; what is
+/// gone over is rounded up to 20 mm.
 /// Plans are made on these, so that what is planned is what is walked.
 inline Footstep quantised(const Footstep& s) {
   const auto snap = [](double v, double unit, int lo, int hi) {
@@ -33,7 +35,8 @@ inline Footstep quantised(const Footstep& s) {
           {snap(s.landing.x, 1e-3, -512, 511), snap(s.landing.y, 1e-3, -512, 511),
            snap(s.landing.yaw, 2e-3, -128, 127)},
           snap(s.dz, 8e-3, -16, 15),
-          milliseconds(50) * std::clamp<std::int64_t>(units, 0, 31)};
+          milliseconds(50) * std::clamp<std::int64_t>(units, 0, 31),
+          0.02 * std::clamp(static_cast<int>(std::ceil(s.clear / 0.02 - 1e-9)), 0, 7)};
 }
 
 /// Both feet on the floor, in the odometry frame.

@@ -42,7 +42,7 @@ ExploredFloor explored(const FloorMap& floor) {
   ExploredFloor area;
   const double cell = floor.grid.resolution * floor.grid.resolution;
   for (const Floor f : floor.cells) {
-    (f == Floor::kBlocked ? area.blocked : f == Floor::kFree ? area.free : area.unseen) += cell;
+    (is_occupied(f) ? area.blocked : f == Floor::kFree ? area.free : area.unseen) += cell;
   }
   return area;
 }

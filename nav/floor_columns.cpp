@@ -64,7 +64,7 @@ ColdMap raise_floor(const FloorMap& floor, double height, std::size_t most_brick
       if (cell == Floor::kUnseen) continue;
       const Eigen::Vector2i column = first + Eigen::Vector2i(x, y);
       voxel(map, {column.x(), column.y(), -1}) = log_odds::kHighest;
-      const LogOdds value = cell == Floor::kBlocked ? log_odds::kHighest : log_odds::kLowest;
+      const LogOdds value = is_occupied(cell) ? log_odds::kHighest : log_odds::kLowest;
       for (int z = 0; z < static_cast<int>(top); ++z) voxel(map, {column.x(), column.y(), z}) = value;
       if (map.size() > most_bricks) {
         throw InputError(

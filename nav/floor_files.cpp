@@ -29,7 +29,7 @@ struct Pgm {
 };
 
 std::uint8_t pgm_value(Floor f) {
-  return f == Floor::kBlocked ? kPgmOccupied : f == Floor::kFree ? kPgmFree : kPgmUnknown;
+  return is_occupied(f) ? kPgmOccupied : f == Floor::kFree ? kPgmFree : kPgmUnknown;
 }
 
 /// Goes through the bytes of a PGM file and names it in complaints.

@@ -94,7 +94,7 @@ void start_clear(FloorMap& floor, const Pose2& start, const StartArea& area, Tim
         if ((seen_from_start({x, y}).array().abs() <= area.footprint_half.array()).all()) free({x, y});
   }
   spread(floor.grid.cell(start.position()), cells, [&](const Eigen::Vector2i& cell) {
-    if (floor.at(cell) == Floor::kBlocked || seen_from_start(cell).norm() > area.radius) return false;
+    if (is_occupied(floor.at(cell)) || seen_from_start(cell).norm() > area.radius) return false;
     free(cell);
     return true;
   });

@@ -13,7 +13,14 @@
 
 namespace headway::nav {
 
-enum class Floor : std::uint8_t { kUnseen = 0, kFree = 1, kBlocked = 2 };
+enum class Floor : std::uint8_t {
+  kUnseen = 0,
+  kFree = 1,
+  kBlocked = 2,
+  kLow = 3,  ///< something stands there that a foot may step over, but not onto
+};
+/// Whether no foot may be put down there.
+constexpr bool is_occupied(Floor f) { return f == Floor::kBlocked || f == Floor::kLow; }
 
 /// A raster on the floor. Cell (0, 0) has the lowest x and y.
 struct FloorGrid {
@@ -71,6 +78,8 @@ struct FloorMapConfig {
   /// ... or when one voxel of its own column is at least this sure (two hits). A lone weak voxel is a
   /// speckle.
   LogOdds strong = 34;
+  /// What is known to rise no higher than this [m] is low; 0: nothing is, it blocks.
+  double step_over = 0;
 
   /// Throws InputError when a value is out of bounds.
   void validate() const;
@@ -81,7 +90,8 @@ FloorGrid floor_grid(const VoxelMap& map);
 /// The same of a map with this box.
 FloorGrid floor_grid(const VoxelMapConfig& box);
 
-/// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height. Free: not
+/// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height, also
+/// where they are low (see FloorProjection). Free: not
 /// blocked, and the floor itself (an occupied voxel at the column's foot) has been seen, so a hole is never
 /// free. Unseen: else. FloorProjection does the same from what has changed.
 FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config = {});

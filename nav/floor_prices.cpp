@@ -209,7 +209,8 @@ int whole_cells(double length, double resolution) {
 
 FloorPrices::FloorPrices(const PlannerConfig& config, const GaitLimits& gait, double resolution, double tick)
     : range_(whole_cells(config.near_range, resolution)),
-      corridor_(whole_cells(config.corridor, resolution)) {
+      corridor_(whole_cells(config.corridor, resolution)),
+      low_(in_ticks(gait.over.cost, tick)) {
   if (range_ > kFarthest || corridor_ > kFarthest / 2) {
     const bool range = range_ > kFarthest;
     throw InputError(std::string("planner: ") + (range ? "near_range" : "corridor") + ": spans " +

@@ -1,4 +1,5 @@
-// What each cell adds to the walking time: the nearness of obstacles, and floor that nobody has seen.
+// What each cell adds to the walking time: the nearness of obstacles, floor that nobody has seen, and what
+// has to be stepped over.
 #pragma once
 
 #include <array>
@@ -32,6 +33,8 @@ class FloorPrices {
   void compute(const GroundRaster& ground, int first_row, int last_row, int first_chunk, int last_chunk,
                FloorChunks& into);
 
+  /// What low ground adds when leaving its cell [ticks]; compute() leaves it out.
+  Ticks low() const { return low_; }
   /// What unseen floor alone adds when leaving a cell straight or diagonally [ticks].
   Ticks unseen(const GroundRaster& ground, int x, int y, bool diagonal) const;
 
@@ -46,7 +49,8 @@ class FloorPrices {
   const std::vector<Prices>& unseen_prices() const { return unseen_prices_; }
 
  private:
-  int range_, corridor_;                             ///< [cells]
+  int range_, corridor_;  ///< [cells]
+  Ticks low_;
   std::vector<Prices> near_prices_, unseen_prices_;  ///< by squared distance [cells^2], by cells unseen
   std::vector<std::uint16_t> scratch_;
 };

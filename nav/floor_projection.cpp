@@ -11,6 +11,7 @@ using Eigen::AlignedBox2i;
 using Eigen::Vector2i;
 
 constexpr int kAtOnce = 8;          // values of a brick that lie in one layer and are looked at together
+constexpr double kSmear = 1.5;      // voxels that what is low fills above itself; points tell better
 constexpr int kMostObstacles = 28;  // nine times as many still fit into a byte
 
 /// Whether one of eight voxels is occupied: all others are negative.
@@ -29,7 +30,7 @@ Vector2i first_column(const FloorGrid& grid) {
 }  // namespace
 
 FloorProjection::FloorProjection(const FloorGrid& grid, const FloorMapConfig& config)
-    : grid_(grid), config_(config), columns_(grid.size()), raised_(grid.size(), 0) {
+    : grid_(grid), config_(config), columns_(grid.size()), rises_(grid.size(), Rise::kUnknown) {
   config.validate();
 }
 
@@ -78,6 +79,7 @@ void FloorProjection::gather_brick(const VoxelMap& map, std::size_t brick, int f
     const bool foot = z >= map.foot_begin() && z < map.foot_end();
     const bool obstacle = height > config_.floor_tolerance && height < config_.body_height;
     if (!foot && !obstacle) continue;
+    const bool tall = height > config_.step_over + kSmear * map.resolution();
     for (int k = 0; k < kAtOnce; ++k) {
       const VoxelOfBrick in = voxel_of_brick(i + k);
       const Vector2i cell = first + Vector2i(in.x, in.y);
@@ -87,6 +89,8 @@ void FloorProjection::gather_brick(const VoxelMap& map, std::size_t brick, int f
       if (!obstacle) continue;
       column.obstacles = static_cast<std::uint8_t>(std::min(column.obstacles + 1, kMostObstacles));
       column.strong |= some[k] >= config_.strong;
+      column.tall |= tall;
+      column.surely_tall |= tall && some[k] >= config_.strong;
     }
   }
 }
@@ -98,11 +102,32 @@ void FloorProjection::decide(const AlignedBox2i& cells, FloorMap& floor) const {
     for (int x = low.x(); x <= high.x(); ++x) {
       const std::size_t cell = grid_.index({x, y});
       const Column& column = columns_[cell];
-      const bool blocked = raised_[cell] || column.strong ||
-                           (column.obstacles > 0 && obstacles_around({x, y}) >= config_.voxels_to_block);
-      floor.cells[cell] = blocked ? Floor::kBlocked : column.floor ? Floor::kFree : Floor::kUnseen;
+      floor.cells[cell] = is_occupied({x, y}) ? (is_low({x, y}) ? Floor::kLow : Floor::kBlocked)
+                          : column.floor      ? Floor::kFree
+                                              : Floor::kUnseen;
     }
   }
+}
+
+bool FloorProjection::is_occupied(const Vector2i& cell) const {
+  const std::size_t i = grid_.index(cell);
+  const Column& column = columns_[i];
+  if (rises_[i] >= Rise::kLow) return true;
+  if (config_.step_over > 0 && rises_[i] == Rise::kLevel && !column.tall) return false;
+  return column.strong || (column.obstacles > 0 && obstacles_around(cell) >= config_.voxels_to_block);
+}
+
+/// Of an occupied cell.
+bool FloorProjection::is_low(const Vector2i& cell) const {
+  const std::size_t i = grid_.index(cell);
+  if (config_.step_over <= 0 || columns_[i].surely_tall || rises_[i] == Rise::kHigh) return false;
+  if (rises_[i] == Rise::kLow || !columns_[i].tall) return true;
+  const Vector2i low = (cell - Vector2i::Ones()).cwiseMax(0),
+                 high = (cell + Vector2i::Ones()).cwiseMin(Vector2i(grid_.width - 1, grid_.height - 1));
+  for (int y = low.y(); y <= high.y(); ++y)
+    for (int x = low.x(); x <= high.x(); ++x)
+      if (rises_[grid_.index({x, y})] == Rise::kLow) return true;
+  return false;
 }
 
 /// Occupied voxels in the columns of a cell and its neighbours.

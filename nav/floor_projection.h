@@ -22,10 +22,14 @@ class FloorProjection {
   /// whole map. `map` and `floor` must be those of the last call; the first finds the floor unseen. What lies
   /// outside of the grid is left out.
   void update(const VoxelMap& map, FloorMap& floor);
-  /// What else than voxels makes a cell (of the grid) blocked; the next update decides it again.
-  void set_raised(const Eigen::Vector2i& cell, bool raised) {
-    raised_[grid_.index(cell)] = raised;
-    again_.extend(cell);
+  /// What else than voxels makes a cell (of the grid) occupied; the next update decides it again. An
+  /// occupied cell is low when no voxel in it is higher, or no sure one where it or one beside it rises so:
+  /// what rises a little smears towards the camera, and up. Where the floor is known to be level, so low a
+  /// smear is none.
+  enum class Rise : std::uint8_t { kUnknown, kLevel, kLow, kHigh };
+  void set_rise(const Eigen::Vector2i& cell, Rise rise) {
+    rises_[grid_.index(cell)] = rise;
+    again_.extend(Eigen::AlignedBox2i(cell - Eigen::Vector2i::Ones(), cell + Eigen::Vector2i::Ones()));
   }
   /// Makes the next update decide these cells (those of the grid) again, for someone writes over them.
   void again(const Eigen::AlignedBox2i& cells) { again_.extend(cells); }
@@ -39,6 +43,7 @@ class FloorProjection {
     std::uint8_t obstacles = 0;  ///< occupied voxels between floor tolerance and body height, up to 28
     bool strong = false;         ///< one of them is sure
     bool floor = false;          ///< an occupied voxel at the foot
+    bool tall = false, surely_tall = false;  ///< one of the obstacles, or a sure one, is higher than low
   };
 
   void gather(const VoxelMap& map, const Eigen::Vector2i& bricks, const Eigen::Vector2i& first,
@@ -46,11 +51,13 @@ class FloorProjection {
   void gather_brick(const VoxelMap& map, std::size_t brick, int first_z, const Eigen::Vector2i& first);
   void decide(const Eigen::AlignedBox2i& cells, FloorMap& floor) const;
   int obstacles_around(const Eigen::Vector2i& cell) const;
+  bool is_occupied(const Eigen::Vector2i& cell) const;
+  bool is_low(const Eigen::Vector2i& cell) const;
 
   FloorGrid grid_;
   FloorMapConfig config_;
   std::vector<Column> columns_;           ///< FloorGrid::index
-  std::vector<std::uint8_t> raised_;      ///< FloorGrid::index
+  std::vector<Rise> rises_;               ///< FloorGrid::index
   std::uint64_t changes_ = 0;             ///< of the map, known to the floor
   std::vector<Eigen::Vector2i> changed_;  ///< first cells of columns of bricks
   Eigen::AlignedBox2i again_;

@@ -67,4 +67,8 @@ bool GroundView::blocks(const Vector2i& cell, const Mask& mask, const Mask& bare
          any_cell(cell, bare_mask, [&](const Vector2i& c) { return at(c) == Ground::kTight; });
 }
 
+bool GroundView::any_low(const Vector2i& cell, const Mask& mask) const {
+  return any_cell(cell, mask, [&](const Vector2i& c) { return at(c) == Ground::kLow; });
+}
+
 }  // namespace headway::nav

@@ -13,6 +13,7 @@ namespace headway::nav {
 enum class Ground : std::uint8_t {
   kFree,
   kUnseen,  ///< free, at a price
+  kLow,     ///< the body may pass over it, straight on and at a price; no foot may be put there
   kTight,   ///< blocked, but so near the start that only the bare body must keep off it
   kBlocked,
 };
@@ -24,6 +25,7 @@ enum class UnseenFloor : std::uint8_t { kBlocked, kCostly, kFree };
 /// Wherever the start does not matter.
 inline Ground ground_of(Floor floor, UnseenFloor unseen) {
   if (floor == Floor::kBlocked) return Ground::kBlocked;
+  if (floor == Floor::kLow) return Ground::kLow;
   if (floor == Floor::kFree || unseen == UnseenFloor::kFree) return Ground::kFree;
   return unseen == UnseenFloor::kBlocked ? Ground::kBlocked : Ground::kUnseen;
 }
@@ -48,6 +50,8 @@ class GroundView {
   CellBox near_start() const;
   /// Whether a mask around `cell` meets an obstacle, or the bare body's mask a kTight one.
   bool blocks(const Eigen::Vector2i& cell, const Mask& mask, const Mask& bare_mask) const;
+  /// Whether a mask around `cell` meets a kLow one.
+  bool any_low(const Eigen::Vector2i& cell, const Mask& mask) const;
 
  private:
   Ground on_the_map(const Eigen::Vector2i& cell) const;

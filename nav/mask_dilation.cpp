@@ -168,8 +168,9 @@ class Column {
       const std::vector<MaskDilation::Source>& sources = masks_.sources(slot);
       for (int w = 0; w < kWords; w += lanes64()) {
         Words any = hn::Zero(d64);
-        for (const MaskDilation::Source& s : sources)
-          any = hn::Or(any, hn::LoadU(d64, row[s.row] + s.span * kWords + w));
+        if (masks_.meets(slot))
+          for (const MaskDilation::Source& s : sources)
+            any = hn::Or(any, hn::LoadU(d64, row[s.row] + s.span * kWords + w));
         hn::StoreU(any, d64, hit[slot] + w);
       }
     }
@@ -253,8 +254,11 @@ void MaskDilation::block(const CellBits& obstacles, const BlockRange& range, Flo
   HWY_DYNAMIC_DISPATCH(dilate_anew)(*this, obstacles, range, into, ring_.data());
 }
 
-void MaskDilation::block_more(const CellBits& obstacles, const BlockRange& range, FloorChunks& into) {
+void MaskDilation::block_more(const CellBits& obstacles, const BlockRange& range, FloorChunks& into,
+                              bool straight_on) {
+  straight_on_ = straight_on;
   HWY_DYNAMIC_DISPATCH(dilate_more)(*this, obstacles, range, into, ring_.data());
+  straight_on_ = true;
 }
 
 }  // namespace headway::nav

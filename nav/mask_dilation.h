@@ -24,8 +24,9 @@ class MaskDilation {
 
   /// Finds anew what is blocked within the range: each motion whose mask meets a set bit, and no other.
   void block(const CellBits& obstacles, const BlockRange& range, FloorChunks& into);
-  /// The same beside what is blocked already.
-  void block_more(const CellBits& obstacles, const BlockRange& range, FloorChunks& into);
+  /// The same beside what is blocked already. `straight_on`: also the forward motions without a turn.
+  void block_more(const CellBits& obstacles, const BlockRange& range, FloorChunks& into,
+                  bool straight_on = true);
 
   /// Rows that the masks reach below and above their cell, and columns to either side.
   int lowest() const { return lowest_; }
@@ -41,6 +42,7 @@ class MaskDilation {
   };
   const std::vector<Span>& spans() const { return spans_; }
   const std::vector<Source>& sources(int slot) const { return sources_[static_cast<std::size_t>(slot)]; }
+  bool meets(int slot) const { return straight_on_ || slot % kMotions != kStraightOn; }
 
  private:
   std::uint16_t span_number(const Span& span);
@@ -48,6 +50,7 @@ class MaskDilation {
   std::vector<Span> spans_;
   std::array<std::vector<Source>, kConfigurations> sources_;  ///< [slot]
   int lowest_ = 0, highest_ = 0, farthest_ = 0;
+  bool straight_on_ = true;
   std::vector<std::uint64_t> ring_;  ///< [row modulo a power of two][span][word]: rows dilated by each span
 };
 

@@ -14,6 +14,7 @@ constexpr int kHeadings = 8;        ///< heading h faces 45 deg * h
 constexpr int kForwardMotions = 5;  ///< turn by -2..2 eighths, then go one cell that way
 constexpr int kSidewayMotions = 4;  ///< go one cell by -2, -1, 1, 2 eighths off the heading, which stays
 constexpr int kMotions = kForwardMotions + kSidewayMotions;
+constexpr int kStraightOn = 2;                         ///< the forward motion without a turn
 constexpr int kConfigurations = kHeadings * kMotions;  ///< 72
 
 enum class Mode : std::uint8_t { kForward = 0, kSideway = 1 };

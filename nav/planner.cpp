@@ -146,7 +146,9 @@ class Planner::Search {
 unsigned Planner::Search::standing_headings(const GroundView& ground, const Vector2i& cell) const {
   unsigned headings = 0;
   for (int h = 0; h < kHeadings; ++h)
-    headings |= static_cast<unsigned>(!ground.blocks(cell, masks_.standing(h), bare_masks_.standing(h))) << h;
+    headings |= static_cast<unsigned>(!ground.blocks(cell, masks_.standing(h), bare_masks_.standing(h)) &&
+                                      !ground.any_low(cell, masks_.standing(h)))
+                << h;
   return headings;
 }
 
@@ -340,9 +342,12 @@ PathCost Planner::Search::shares(const Path& path) const {
     const Vector2i& from = path.states[i - 1].cell;
     const bool diagonal = motion->direction() % 2 != 0;
     const Ticks of_unseen = floor_.prices().unseen(floor_.raster(), from.x(), from.y(), diagonal);
-    walking += costs_.walking(*motion);
+    const bool over = floor_.raster().row(from.y())[from.x()] == Ground::kLow;
+    const Ticks of_low = over ? floor_.prices().low() : Ticks{0};
+    walking += std::uint32_t{costs_.walking(*motion)} + of_low;
     turning += static_cast<std::uint32_t>(costs_.of(*motion) - costs_.walking(*motion));
-    nearness += static_cast<std::uint32_t>(floor_.chunks().price(from.x(), from.y(), diagonal) - of_unseen);
+    nearness +=
+        static_cast<std::uint32_t>(floor_.chunks().price(from.x(), from.y(), diagonal) - of_unseen - of_low);
     unseen += of_unseen;
   }
   if (path.end_yaw)

@@ -13,6 +13,7 @@ namespace headway::nav {
 struct RaisedFloorConfig {
   /// What rises more than this above z = 0 trips the robot [m]; 0: nothing is looked for.
   double trip_height = 0.025;
+  double low_height = 0;      ///< what rises no more than this is low [m]; 0: nothing is
   double highest = 0.15;      ///< what lies higher or as much lower is not looked at: voxels tell it [m]
   double tilt_sigma = 0.003;  ///< of the view's pose, as far as the levelling leaves it open [rad]
   double nearest = 0.5;       ///< what is nearer to the camera over the floor may be the robot's feet [m]
@@ -34,23 +35,29 @@ class RaisedFloor {
 
   /// The cell (of the grid) rises.
   bool raised(const Eigen::Vector2i& cell) const { return votes_[grid_.index(cell)] >= kRaised; }
-  /// The cells that became raised or level in the view that was added last.
+  /// It rises, and no view of late has shown anything in it that is higher than low.
+  bool low(const Eigen::Vector2i& cell) const { return raised(cell) && tall_[grid_.index(cell)] == 0; }
+  /// Several views have shown it, and nothing in it rises.
+  bool level(const Eigen::Vector2i& cell) const { return level_[grid_.index(cell)] >= kRaised; }
+  /// The cells of which one of these became another in the view that was added last.
   const std::vector<Eigen::Vector2i>& changed() const { return changed_; }
 
  private:
   static constexpr std::uint8_t kRaised = 2, kMost = 3;  ///< votes
 
   struct Count {
-    std::uint16_t points = 0, high = 0;
+    std::uint16_t points = 0, high = 0, tall = 0;
   };
   void count(const vision::RangeView& view, const Eigen::Isometry3d& map_from_camera);
-  void count(const Eigen::Vector2i& cell, bool high);
-  void vote(const Eigen::Vector2i& cell, bool rises);
+  void count(const Eigen::Vector2i& cell, bool high, bool tall);
+  void vote(const Eigen::Vector2i& cell, const Count& count);
 
   FloorGrid grid_;
   RaisedFloorConfig config_;
   std::vector<Count> counts_;        ///< of the view in hand; FloorGrid::index
   std::vector<std::uint8_t> votes_;  ///< for it less those against, 0 to kMost; FloorGrid::index
+  std::vector<std::uint8_t> tall_;   ///< the same for what is higher than low
+  std::vector<std::uint8_t> level_;  ///< views in a row in which next to nothing rises, 0 to kMost
   std::vector<Eigen::Vector2i> counted_, changed_;
 };
 

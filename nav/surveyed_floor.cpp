@@ -54,20 +54,23 @@ void SurveyedFloor::begin(const FloorMap& map) {
   const int width = map.grid.width, height = map.grid.height;
   map_ = map.cells;
   ground_.resize(map.cells.size());
-  std::array<Ground, 3> grounds{};
-  for (const Floor f : {Floor::kUnseen, Floor::kFree, Floor::kBlocked})
+  std::array<Ground, 4> grounds{};
+  for (const Floor f : {Floor::kUnseen, Floor::kFree, Floor::kBlocked, Floor::kLow})
     grounds[static_cast<std::size_t>(f)] = ground_of(f, unseen_);
   std::transform(map_.begin(), map_.end(), ground_.begin(),
                  [&](Floor f) { return grounds[static_cast<std::size_t>(f)]; });
   raster_ = {width, height, ground_.data()};
   blocked_.reset(width, height, true);
   tight_.reset(width, height, false);
+  low_.reset(width, height, false);
   tight_cells_ = 0;
+  low_cells_ = static_cast<int>(std::count(ground_.begin(), ground_.end(), Ground::kLow));
   near_ = {};
   changed_.assign(static_cast<std::size_t>(height), {0, width - 1});
   for (int y = 0; y < height; ++y) {
     const Ground* row = raster_.row(y);
     blocked_.add_row(y, width, [row](int x) { return row[x] == Ground::kBlocked; });
+    if (low_cells_ > 0) low_.add_row(y, width, [row](int x) { return row[x] == Ground::kLow; });
   }
 }
 
@@ -98,9 +101,11 @@ void SurveyedFloor::change(int x, int y, Ground ground) {
                           static_cast<std::size_t>(x)];
   if (known == ground) return;
   tight_cells_ += (ground == Ground::kTight) - (known == Ground::kTight);
+  low_cells_ += (ground == Ground::kLow) - (known == Ground::kLow);
   known = ground;
   blocked_.set(x, y, ground == Ground::kBlocked);
   tight_.set(x, y, ground == Ground::kTight);
+  low_.set(x, y, ground == Ground::kLow);
   Span& row = changed_[static_cast<std::size_t>(y)];
   row = {std::min(row.first, x), std::max(row.last, x)};
 }
@@ -149,8 +154,24 @@ void SurveyedFloor::rework(const CellBox& changed) {
   if (!changes_.everything) remember(chunks);
   dilation_.block(blocked_, range, chunks_);
   if (tight_cells_ > 0) bare_dilation_.block_more(tight_, range, chunks_);
+  if (low_cells_ > 0) dilation_.block_more(low_, range, chunks_, false);
   prices_.compute(raster_, priced.low.y(), priced.high.y(), priced.low.x(), priced.high.x(), chunks_);
+  if (low_cells_ > 0) price_low_ground(priced);
   if (!changes_.everything) list_changes(chunks);
+}
+
+void SurveyedFloor::price_low_ground(const CellBox& chunks) {
+  const int first = chunks.low.x() * kChunkCells,
+            end = std::min(raster_.width, (chunks.high.x() + 1) * kChunkCells);
+  for (int y = chunks.low.y(); y <= chunks.high.y(); ++y) {
+    for (int x = first; x < end; ++x) {
+      if (raster_.row(y)[x] != Ground::kLow) continue;
+      for (auto& price : chunks_.row(y)[x / kChunkCells].price) {
+        Ticks& p = price[static_cast<std::size_t>(x % kChunkCells)];
+        p = sum(p, prices_.low());
+      }
+    }
+  }
 }
 
 void SurveyedFloor::remember(const CellBox& chunks) {
@@ -169,7 +190,7 @@ void SurveyedFloor::list_changes(const CellBox& chunks) {
 
 std::size_t SurveyedFloor::bytes() const {
   return chunks_.bytes() + map_.size() * sizeof(Floor) + ground_.size() * sizeof(Ground) + blocked_.bytes() +
-         tight_.bytes() + changed_.size() * sizeof(Span);
+         tight_.bytes() + low_.bytes() + changed_.size() * sizeof(Span);
 }
 
 }  // namespace headway::nav

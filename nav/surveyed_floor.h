@@ -16,7 +16,8 @@ namespace headway::nav {
 
 class SurveyedFloor {
  public:
-  /// The masks of the whole body and of the bare one, which alone must keep off tight ground.
+  /// The masks of the whole body and of the bare one, which alone must keep off tight ground. Where the whole
+  /// body's mask meets low ground the only motion is straight on.
   SurveyedFloor(const Masks& masks, const Masks& bare_masks, const FloorPrices& prices, UnseenFloor unseen)
       : dilation_(masks), bare_dilation_(bare_masks), prices_(prices), unseen_(unseen) {}
 
@@ -38,6 +39,7 @@ class SurveyedFloor {
   void look_near(const GroundView& view, const CellBox& box);
   void rework();
   void rework(const CellBox& changed);
+  void price_low_ground(const CellBox& chunks);
   void remember(const CellBox& chunks);  ///< of `chunks`, x counts chunks
   void list_changes(const CellBox& chunks);
 
@@ -48,8 +50,8 @@ class SurveyedFloor {
   std::vector<Floor> map_;  ///< as it was last
   std::vector<Ground> ground_;
   GroundRaster raster_;
-  CellBits blocked_, tight_;
-  int tight_cells_ = 0;
+  CellBits blocked_, tight_, low_;
+  int tight_cells_ = 0, low_cells_ = 0;
   CellBox near_;  ///< where the start mattered last
   struct Span {
     int first, last;

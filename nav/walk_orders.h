@@ -22,9 +22,9 @@ Walk give_orders(const Path& path, const hal::Stance& from, std::optional<hal::F
                  const FloorGrid& grid, const GaitLimits& gait);
 
 inline Walk walk_along(Execution execution, const Path& path, const hal::Stance& from,
-                       std::optional<hal::Foot> last_foot, const FloorGrid& grid, const GaitLimits& gait) {
-  return execution == Execution::kOrders ? give_orders(path, from, last_foot, grid, gait)
-                                         : place_feet(path, from, last_foot, grid, gait);
+                       std::optional<hal::Foot> last_foot, const FloorMap& floor, const GaitLimits& gait) {
+  return execution == Execution::kOrders ? give_orders(path, from, last_foot, floor.grid, gait)
+                                         : place_feet(path, from, last_foot, floor, gait);
 }
 
 }  // namespace headway::nav

@@ -22,9 +22,9 @@ void FloorGate::check_step(const nav::Walk& walk, std::size_t step, const nav::F
   };
   const auto judge = [&](const Eigen::Vector2i& cell, bool under_sole) {
     const nav::Floor state = floor.at(cell);
-    if (state == nav::Floor::kBlocked) gate.blocked = true;
+    if (under_sole ? nav::is_occupied(state) : state == nav::Floor::kBlocked) gate.blocked = true;
     const Time seen = floor.seen(cell);
-    const bool known = state == nav::Floor::kFree && seen != nav::kNever;
+    const bool known = state != nav::Floor::kUnseen && seen != nav::kNever;
     const bool recent = known && now - seen <= config_.recent;
     if (near(cell) ? under_sole && !known : !recent) gate.missing.push_back(cell);
   };
@@ -39,9 +39,14 @@ std::size_t FloorGate::clear_steps(const nav::Walk& walk, std::size_t from,
   // Half the safety margin: a plan made with the whole of it is not thrown away for one more voxel.
   nav::BodyOutline outline = outline_;
   outline.safety_margin /= 2;
-  for (std::size_t step = from; step < walk.steps.size(); ++step)
-    for (const auto& cell : nav::body_cells(floor.grid, outline, walk.bases[step]))
-      if (floor.at(cell) == nav::Floor::kBlocked) return step - from;
+  const auto any = [&](const std::vector<Eigen::Vector2i>& cells, nav::Floor of) {
+    return std::ranges::any_of(cells, [&](const Eigen::Vector2i& cell) { return floor.at(cell) == of; });
+  };
+  for (std::size_t step = from; step < walk.steps.size(); ++step) {
+    if (any(nav::body_cells(floor.grid, outline, walk.bases[step]), nav::Floor::kBlocked)) return step - from;
+    const Pose2& sole = walk.stances[step].at(walk.steps[step].foot);
+    if (any(nav::sole_cells(floor.grid, gait_, sole), nav::Floor::kLow)) return step - from;
+  }
   return walk.steps.size() - std::min(from, walk.steps.size());
 }
 

@@ -38,7 +38,8 @@ class FloorGate {
   /// from before (free, and never seen) counts as unseen.
   Gate check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor, const Pose2& robot_now,
              Time now) const;
-  /// How many steps of the rest of a walk the body makes before it comes too near to an obstacle.
+  /// How many steps of the rest of a walk the body makes before it comes too near to an obstacle, or a foot
+  /// treads on something.
   std::size_t clear_steps(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
   /// Whether it meets none anywhere along it.
   bool clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;

@@ -98,7 +98,11 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
   raised_.add(view, map_from_camera);
   passing_.look(view, map_from_camera, stamp);
   for (const Eigen::Vector2i& cell : raised_.changed()) {
-    projection_.set_raised(cell, raised_.raised(cell));
+    using Rise = nav::FloorProjection::Rise;
+    projection_.set_rise(cell, raised_.low(cell)      ? Rise::kLow
+                               : raised_.raised(cell) ? Rise::kHigh
+                               : raised_.level(cell)  ? Rise::kLevel
+                                                      : Rise::kUnknown);
     if (raised_.raised(cell)) passing_.stands(cell, stamp);
   }
   return integrator_.integrate(voxels_, view, map_from_camera, stamp, map_from_chest);

@@ -37,7 +37,8 @@ bool same(const hal::Stance& a, const hal::Stance& b) {
 }
 
 bool same(const hal::Footstep& a, const hal::Footstep& b) {
-  return a.foot == b.foot && same(a.landing, b.landing) && a.dz == b.dz && a.duration == b.duration;
+  return a.foot == b.foot && same(a.landing, b.landing) && a.dz == b.dz && a.duration == b.duration &&
+         a.clear == b.clear;
 }
 
 }  // namespace
@@ -64,7 +65,7 @@ const char* name(MissionState state) {
 
 Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
     : config_(config),
-      planner_(config.planner, config.gait, config.outline, grid),
+      ways_(config.planner, config.gait, config.outline, config.execution, grid),
       gate_(config.gate, config.gait, config.outline),
       forecaster_(nav::walking_config(config.gait), config.gait.sole_length, config.gait.sole_width),
       refusals_(config.attempts),
@@ -211,7 +212,7 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     give_up("the walk left the plan, which may not be made again");
     return rest(input);
   }
-  plan(input, nav::gait_base(committed.stance, committed.last_foot, config_.gait));
+  plan(input);
   if (committed.at_rest && at_goal(committed)) {
     state_ = MissionState::kArrived;
     second_look_.forget();
@@ -295,19 +296,18 @@ bool Mission::at_goal(const nav::Committed& committed) const {
   return !goal_->yaw || std::abs(wrap_angle(base.yaw - *goal_->yaw)) <= config_.yaw_tolerance;
 }
 
-void Mission::plan(const MissionInput& input, const Pose2& start) {
+void Mission::plan(const MissionInput& input) {
   if (planned_once_ && !config_.replan) return;
   unstable_.clear();
   const nav::Committed& committed = input.bus.committed;
   const nav::FloorMap& floor = second_look_.floor(input.mapper);
-  last_plan_ = planner_.plan(floor, start, *goal_);
+  auto [found, candidate] = ways_.find(floor, committed, *goal_);
+  last_plan_ = std::move(found);
   ++counters_.plans;
   if (!last_plan_) {
     if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor)) walk_.reset();
     return;
   }
-  nav::Walk candidate = nav::walk_along(config_.execution, last_plan_.path, committed.stance,
-                                        committed.last_foot, floor.grid, config_.gait);
   if (walk_ && !worth_changing(candidate, committed, floor)) return;
   if (stable(candidate))
     adopt(last_plan_.path, std::move(candidate), committed);
@@ -455,7 +455,7 @@ bool Mission::look_again_for_a_way(const MissionInput& input) {
   const nav::Committed& committed = input.bus.committed;
   const Pose2 base = nav::gait_base(committed.stance, committed.last_foot, config_.gait);
   if (!second_look_.begin(input.mapper, base.position(), held_up_)) return false;
-  if (!planner_.plan(second_look_.floor(input.mapper), base, *goal_)) {
+  if (!ways_.leads(second_look_.floor(input.mapper), base, *goal_)) {
     second_look_.end(input.mapper, base.position());
     return false;
   }

@@ -8,8 +8,6 @@
 #include "hal/head_kinematics.h"
 #include "nav/footsteps.h"
 #include "nav/next_view.h"
-#include "nav/planner.h"
-#include "nav/walk_orders.h"
 #include "nav/walking/forecast.h"
 #include "runtime/floor_gate.h"
 #include "runtime/gaze.h"
@@ -17,6 +15,7 @@
 #include "runtime/mapper.h"
 #include "runtime/refusals.h"
 #include "runtime/second_look.h"
+#include "runtime/way_finder.h"
 #include "vision/polytope.h"
 
 namespace headway::runtime {
@@ -121,7 +120,7 @@ class Mission {
   void begin_look_around();
   void begin_look_again();
   Tour next_look(const MissionInput& input);
-  void plan(const MissionInput& input, const Pose2& start);
+  void plan(const MissionInput& input);
   bool follows(const nav::Committed& committed) const;
   void carry_over(const nav::Committed& committed);
   bool worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
@@ -143,7 +142,7 @@ class Mission {
   nav::StepPlan step_plan(const MissionInput& input, const Gate& gate) const;
 
   MissionConfig config_;
-  nav::Planner planner_;
+  WayFinder ways_;
   FloorGate gate_;
   MissionState state_ = MissionState::kStarting;
   std::optional<nav::Goal> goal_;

@@ -20,7 +20,8 @@ hal::Footstep footstep_of(const bus::StepCommand& c) {
   return {c.foot == bus::StepCommand::Foot::kLeft ? hal::Foot::kLeft : hal::Foot::kRight,
           {c.dx, c.dy, c.dtheta},
           c.dz,
-          seconds(c.duration)};
+          seconds(c.duration),
+          c.clear};
 }
 
 hal::WalkOrder order_of(const bus::WalkOrder& m) {
@@ -32,9 +33,11 @@ hal::WalkOrder order_of(const bus::WalkOrder& m) {
 bool StrideLimits::allow(const hal::Footstep& step) const {
   constexpr double kSlack = 1e-9;
   const double side = step.foot == hal::Foot::kLeft ? step.landing.y : -step.landing.y;
-  return step.landing.x <= forward + kSlack && step.landing.x >= -backward - kSlack &&
-         side >= nearest_side - kSlack && side <= farthest_side + kSlack &&
-         std::abs(step.landing.yaw) <= yaw + kSlack && std::abs(step.dz) <= dz + kSlack;
+  return step.clear <= clear + kSlack &&
+         step.landing.x <= (step.clear > 0 ? forward_over : forward) + kSlack &&
+         step.landing.x >= -backward - kSlack && side >= nearest_side - kSlack &&
+         side <= farthest_side + kSlack && std::abs(step.landing.yaw) <= yaw + kSlack &&
+         std::abs(step.dz) <= dz + kSlack;
 }
 
 void ControlComputerConfig::validate() const {
@@ -90,8 +93,7 @@ void ControlComputer::take_step(const hal::CanFrame& frame) noexcept {
   if (command->session == session_ && repeats_accepted(command->seq))
     return;  // the next status says so again
   hal::StepReject reason = judge(command->session, command->seq);
-  const bool walkable = command->kind == bus::StepCommand::kKindStep && config_.limits.allow(step);
-  if (reason == hal::StepReject::kNone && !walkable) reason = hal::StepReject::kReach;
+  if (reason == hal::StepReject::kNone && !config_.limits.allow(step)) reason = hal::StepReject::kReach;
   if (reason != hal::StepReject::kNone) return reject(command->seq, reason);
   if (!push(step, frame.stamp)) return reject(command->seq, hal::StepReject::kReach);
   order_ = {};

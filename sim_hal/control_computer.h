@@ -24,6 +24,7 @@ struct StrideLimits {
   double nearest_side = 0.15, farthest_side = 0.26;  ///< [m]
   double yaw = 0.19;                                 ///< either way [rad]
   double dz = 0.0;                                   ///< either way [m]
+  double clear = 0.10, forward_over = 0.46;          ///< what a step may go over, and how far ahead [m]
 
   bool allow(const hal::Footstep& step) const;
 };

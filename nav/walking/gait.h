@@ -9,6 +9,15 @@
 
 namespace headway::nav {
 
+/// What is low enough is stepped over, with longer, higher and slower steps.
+struct StepOverLimits {
+  double height = 0;      ///< of what may be stepped over [m]; 0: nothing is
+  double forward = 0.45;  ///< the landing foot ahead of the standing one [m]
+  double margin = 0.03;   ///< from soles to cells where something stands [m]
+  Duration duration = seconds(1.4);
+  double cost = 2;  ///< to the planner, of each low cell that the base passes over [s]
+};
+
 /// Limits of one step. HRP-2's numbers; the pattern generator and the control computer know the same.
 struct GaitLimits {
   double feet_apart = 0.19;      ///< from sole centre to sole centre when parallel [m]
@@ -21,6 +30,7 @@ struct GaitLimits {
   double yaw = 5 * std::numbers::pi / 180;  ///< between the feet [rad]
   Duration step_duration = seconds(0.8);
   double sole_length = 0.2172, sole_width = 0.138;  ///< [m], centred on the foot's frame
+  StepOverLimits over;
   double zmp_margin = 0.01;  ///< of the pattern's ZMP inside the soles, all along a plan [m]
 
   /// The most a step may turn in units of the wire (2 mrad) [rad].

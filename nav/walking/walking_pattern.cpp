@@ -87,6 +87,7 @@ bool WalkingPattern::push(const hal::Footstep& asked) noexcept {
   foot_z = next.support_z + asked.dz;
   next.landing = planned_.at(asked.foot);
   next.landing_z = foot_z;
+  next.clear = asked.clear;
   ++pushed_;
   return true;
 }
@@ -144,7 +145,8 @@ void WalkingPattern::advance_feet() noexcept {
   ++tick_in_step_;
   const Step& now = step(started_ - 1);
   if (tick_in_step_ > 0 && tick_in_step_ < now.single_ticks) {
-    swing(static_cast<double>(tick_in_step_) / now.single_ticks);
+    const double share = static_cast<double>(tick_in_step_) / now.single_ticks;
+    now.clear > 0 ? swing_over(share) : swing(share);
   } else if (tick_in_step_ == now.single_ticks) {
     land();
   } else if (tick_in_step_ == now.ticks) {
@@ -162,6 +164,20 @@ void WalkingPattern::swing(double share) noexcept {
   FootPose& foot = now.foot == hal::Foot::kLeft ? left_ : right_;
   foot.pose = interpolate(now.lift, now.landing, smooth(share));
   foot.z = now.lift_z + smooth(share) * (now.landing_z - now.lift_z) + config_.swing_height * arch(share);
+  support_ = now.foot == hal::Foot::kLeft ? Support::kRight : Support::kLeft;
+}
+
+/// Straight up, over, and straight down: by the time that the sole has gone on by a hundredth of its way it
+/// is above what it is to clear.
+void WalkingPattern::swing_over(double share) noexcept {
+  constexpr double kRise = 0.3, kWait = 0.15;  // of the swing
+  const Step& now = step(started_ - 1);
+  FootPose& foot = now.foot == hal::Foot::kLeft ? left_ : right_;
+  foot.pose =
+      interpolate(now.lift, now.landing, smooth(std::clamp((share - kWait) / (1 - 2 * kWait), 0.0, 1.0)));
+  const double top = std::max({now.lift_z, now.landing_z, now.support_z}) + now.clear + config_.clearance;
+  const double from = share < 0.5 ? now.lift_z : now.landing_z;
+  foot.z = from + (top - from) * smooth(std::min(1.0, std::min(share, 1 - share) / kRise));
   support_ = now.foot == hal::Foot::kLeft ? Support::kRight : Support::kLeft;
 }
 

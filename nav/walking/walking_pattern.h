@@ -24,6 +24,7 @@ struct WalkingConfig {
   PreviewConfig preview{.window = 1.5};
   double double_support = 0.10;  ///< at the end of each step [s]
   double swing_height = 0.07;    ///< of the foot in mid swing [m]
+  double clearance = 0.03;       ///< above what the foot goes over [m]
   double shortest_step = 0.8;    ///< [s]
   double longest_step = 1.55;    ///< [s]
   /// Standing: the CoM is this near to the middle of the feet [m], and no faster than that [m/s]: 0.3 s after
@@ -105,6 +106,7 @@ class WalkingPattern {
     hal::Foot foot = hal::Foot::kLeft;
     Pose2 lift, landing, support;  ///< odometry frame
     double lift_z = 0, landing_z = 0, support_z = 0;
+    double clear = 0;
     int ticks = 0, single_ticks = 0;
   };
   static constexpr std::size_t kRing = 2 * kQueue;
@@ -117,6 +119,7 @@ class WalkingPattern {
   void advance_feet() noexcept;
   void land() noexcept;
   void swing(double share) noexcept;
+  void swing_over(double share) noexcept;
   void write_ahead() noexcept;
   Eigen::Vector2d next_reference() noexcept;
   void settle() noexcept;

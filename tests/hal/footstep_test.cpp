@@ -15,16 +15,18 @@ Footstep any_step() {
   return {*rc::gen::element(Foot::kLeft, Foot::kRight),
           {between(-700000, 700000, 1e-6), between(-700000, 700000, 1e-6), between(-400000, 400000, 1e-6)},
           between(-200000, 200000, 1e-6),
-          std::chrono::milliseconds(*rc::gen::inRange(-100, 2000))};
+          std::chrono::milliseconds(*rc::gen::inRange(-100, 2000)),
+          between(-20000, 200000, 1e-6)};
 }
 
 bool same(const Footstep& a, const Footstep& b) {
   return a.foot == b.foot && a.landing.x == b.landing.x && a.landing.y == b.landing.y &&
-         a.landing.yaw == b.landing.yaw && a.dz == b.dz && a.duration == b.duration;
+         a.landing.yaw == b.landing.yaw && a.dz == b.dz && a.duration == b.duration && a.clear == b.clear;
 }
 
 bus::StepCommand as_message(const Footstep& s) {
   return {.foot = static_cast<bus::StepCommand::Foot>(s.foot),
+          .clear = s.clear,
           .dx = s.landing.x,
           .dy = s.landing.y,
           .dtheta = s.landing.yaw,

@@ -184,7 +184,7 @@ TEST_P(WalkAlong, AnyPathKeepsTheLimitsAndEndsParallelAtTheGoal) {
     if (!result) continue;
     ++walked;
     const Path& path = result.path;
-    const Walk walk = walk_along(GetParam(), path, standing.stance, standing.last_foot, map.grid, gait);
+    const Walk walk = walk_along(GetParam(), path, standing.stance, standing.last_foot, map, gait);
     check_walk(walk, standing, gait);
     if (HasFatalFailure()) FAIL() << "run " << run;
     if (GetParam() == Execution::kOrders) check_orders(walk, path, standing, map.grid, gait);
@@ -225,7 +225,7 @@ TEST(Footsteps, TakeTheFewestStepsStraightOn) {
   const Vector2d from = grid.centre({40, 40}), to = grid.centre({80, 40});
   const Pose2 start{from.x(), from.y(), 0};
   const Walk walk =
-      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, grid, gait);
+      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, hall(), gait);
   EXPECT_EQ(walk.steps.size(), 11u);  // 2 m in ten, and one to close
   EXPECT_NEAR(walk.stances.back().base().x, to.x(), 1e-3);
 }
@@ -237,7 +237,7 @@ TEST(Footsteps, MakeAStepAnArcWhenTheWireRoundsItUpToOne) {
   for (double yaw = gait.arc_begins - 0.002; yaw < gait.arc_begins + 0.002; yaw += 1e-4) {
     const Pose2 start{from.x(), from.y(), yaw};
     const Standing standing{Stance::parallel(start, gait.feet_apart), std::nullopt};
-    check_walk(place_feet(straight(grid, start, to, 0), standing.stance, {}, grid, gait), standing, gait);
+    check_walk(place_feet(straight(grid, start, to, 0), standing.stance, {}, hall(), gait), standing, gait);
   }
 }
 
@@ -247,12 +247,12 @@ TEST(Footsteps, GoOnWithTheOtherFootAsIfNothingHadHappened) {
   const Vector2d from = grid.centre({40, 40}), to = grid.centre({100, 40});
   const Pose2 start{from.x(), from.y(), 0};
   const Walk whole =
-      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, grid, gait);
+      place_feet(straight(grid, start, to, 0), Stance::parallel(start, gait.feet_apart), {}, hall(), gait);
   for (std::size_t done = 1; done < whole.steps.size(); ++done) {
     const Stance stance = whole.stances[done - 1];
     const Foot last = whole.steps[done - 1].foot;
     const Path rest = straight(grid, gait_base(stance, last, gait), to, 0);
-    const Walk again = place_feet(rest, stance, last, grid, gait);
+    const Walk again = place_feet(rest, stance, last, hall(), gait);
     EXPECT_EQ(again.steps.size(), whole.steps.size() - done) << "after " << done;
   }
 }
@@ -267,7 +267,7 @@ TEST(Footsteps, TurnOnTheSpotByFiveDegreesAStep) {
     path.states = {{{80, 70}, 0, Mode::kForward}};
     path.end = here;
     path.end_yaw = 0.2 + turn;
-    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, grid, gait);
+    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, hall(), gait);
     EXPECT_LE(walk.steps.size(), static_cast<std::size_t>(std::ceil(std::abs(turn) / 0.086)) + 2) << turn;
     EXPECT_NEAR(wrap_angle(walk.stances.back().base().yaw - 0.2 - turn), 0, 0.002);
     EXPECT_LT((walk.stances.back().base().position() - here).norm(), 0.004);
@@ -283,7 +283,7 @@ TEST(Footsteps, BeginSidewaysWithTheOuterFoot) {
     path.start = {grid.centre({80, 70}).x(), grid.centre({80, 70}).y(), 0};
     for (int i = 0; i <= 6; ++i) path.states.push_back({{80, 70 + way * i}, 0, Mode::kSideway});
     path.end = grid.centre({80, 70 + way * 6});
-    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, grid, gait);
+    const Walk walk = place_feet(path, Stance::parallel(path.start, gait.feet_apart), {}, hall(), gait);
     EXPECT_EQ(walk.steps.size(), 12u);  // two for each 5 cm
     EXPECT_EQ(walk.steps.front().foot, way > 0 ? Foot::kLeft : Foot::kRight);
     EXPECT_LT((walk.stances.back().base().position() - path.end).norm(), 1e-3);

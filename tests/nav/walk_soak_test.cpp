@@ -135,7 +135,7 @@ class Soak {
     ++found;
     if (result.bound < 1 || result.bound > 1.0625) ADD_FAILURE() << "bound " << result.bound;
     check(result.path);
-    walk_ = place_feet(result.path, c.stance, c.last_foot, floor_.grid, gait_);
+    walk_ = place_feet(result.path, c.stance, c.last_foot, floor_, gait_);
     first_ = c.next_index;
     std::optional<hal::Foot> last = c.last_foot;
     for (const hal::Footstep& step : walk_.steps) {
