@@ -66,7 +66,7 @@ int run(const Options& options) {
   Robot robot = read_robot(options.robot);
   if (options.execution == "orders") robot.mission.execution = nav::Execution::kOrders;
   if (options.execution == "steps") robot.mission.execution = nav::Execution::kSteps;
-  if (options.step_over) step_over(*options.step_over, robot);
+  step_over(options.step_over.value_or(robot.mission.gait.over.height), robot);
   if (!options.matcher.empty()) robot.vision.matcher.kind = vision::matcher_kind(options.matcher);
   const sim::World world = read_world_for(robot, options.world);
   SimOptions sim;

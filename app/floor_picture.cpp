@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/pictures.h"
+#include "nav/low_ahead.h"
 
 namespace headway::app {
 
@@ -252,12 +253,13 @@ void draw_marks(const FloorLayers& layers, Plan& plan) {
   for (const Eigen::Vector2d& p : layers.collisions) plan.cross(p, 12, kCollision);
 }
 
-std::vector<Key> keys_of(const FloorLayers& layers, bool beyond_the_map) {
+std::vector<Key> keys_of(const FloorLayers& layers, bool any_low, bool beyond_the_map) {
   using Shape = Key::Shape;
   std::vector<Key> keys{{kFree, "free"}, {kBlocked, "blocked"}, {kUnseen, "unseen"}};
   const auto add = [&](bool drawn, const Colour& colour, const std::string& label, Shape shape) {
     if (drawn) keys.push_back({colour, label, shape});
   };
+  add(any_low, colours::kLow, "low, stepped over", Shape::kPatch);
   add(beyond_the_map, kOutside, "outside the map", Shape::kPatch);
   const auto foot = [&](hal::Foot side, bool committed) {
     return std::any_of(layers.feet.begin(), layers.feet.end(),
@@ -304,7 +306,8 @@ cv::Mat floor_picture(const nav::FloorMap& floor, const FloorLayers& layers,
   draw_marks(layers, plan);
   const cv::Rect area = plan.area();
   const bool beyond = !floor.grid.contains(frame.first) || !floor.grid.contains(frame.last);
-  draw_keys(plan.image(), {area.x + area.width + 16, area.y}, keys_of(layers, beyond), colours::kInk);
+  draw_keys(plan.image(), {area.x + area.width + 16, area.y}, keys_of(layers, nav::any_low(floor), beyond),
+            colours::kInk);
   return plan.image();
 }
 

@@ -271,12 +271,12 @@ void step_over(double height, Robot& robot) {
   if (height > 0 && robot.mission.execution == nav::Execution::kOrders)
     throw InputError(
         "stepping over low obstacles: the control computer places the feet of orders itself and knows of "
-        "none; "
-        "expected execution: steps");
+        "none; expected execution: steps");
   if (height > 0 && robot.mapper.raised_floor.trip_height <= 0)
     throw InputError(
         "stepping over low obstacles: they are not looked for with trip_height: 0; expected more than 0 m");
   robot.mission.gait.over.height = height;
+  robot.mission.gait.validate();
   robot.mapper.floor.step_over = height;
   robot.mapper.raised_floor.low_height = height;
   // Higher than that voxels tell.

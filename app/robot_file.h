@@ -48,11 +48,11 @@ struct Robot {
 /// wherever it is called from; that below the present folder only where there is neither.
 std::filesystem::path default_robot_file();
 
-/// Throws InputError `file:line: key: what, expected what`.
 /// Lets the robot step over what rises no more than that [m]. Throws InputError where it cannot: its
-/// footsteps are not its own, or what rises so little is not looked for.
+/// footsteps are not its own, such steps do not fit its gait, or what rises so little is not looked for.
 void step_over(double height, Robot& robot);
 
+/// Throws InputError `file:line: key: what, expected what`.
 Robot read_robot(const std::filesystem::path& file);
 
 }  // namespace headway::app

@@ -178,7 +178,6 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& opti
 runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& options) {
   runtime::MissionConfig config = robot.mission;
   config.replan = options.replan;
-  if (options.execution) config.execution = *options.execution;
   return config;
 }
 

@@ -28,7 +28,6 @@ namespace headway::app {
 struct SimOptions {
   bool range_mode = false;  ///< depth straight from the ray caster instead of two images and a matcher
   bool replan = true;
-  std::optional<nav::Execution> execution;  ///< instead of the robot file's
   bool localise = true;  ///< false: odometry is taken for the truth, whatever the robot file says
   /// Odometry that drifts by so much, beside what the robot file says: strides longer or shorter by this
   /// share, and each step turned too far, left or right, by this share of the widest turn. The seed draws

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nav/body_outline.h"
 #include "nav/low_ahead.h"
 #include "nav/path_legs.h"
 
@@ -37,14 +36,14 @@ class Feet {
         start_(from.base().position()),
         yaw_(gait.yaw_on_the_wire()),
         stance_(from),
-        swing_(first) {}
+        swing_(first) {
+    walk_.from = from;
+  }
 
   Walk take() {
     for (std::size_t i = 0; low_ != nullptr && i < walk_.steps.size(); ++i) {
       const Pose2& sole = walk_.stances[i].at(walk_.steps[i].foot);
-      if ((sole.position() - start_).norm() > kWellKnown) continue;
-      for (const Eigen::Vector2i& cell : sole_cells(low_->grid, gait_, sole))
-        walk_.treads_on_low |= low_->at(cell) == Floor::kLow;
+      walk_.treads_on_low |= well_known(sole) && is_on_low(*low_, gait_, sole);
     }
     return std::move(walk_);
   }
@@ -98,6 +97,7 @@ class Feet {
 
  private:
   double half() const { return gait_.feet_apart / 2; }
+  bool well_known(const Pose2& sole) const { return (sole.position() - start_).norm() <= kWellKnown; }
 
   void go_forward(const Leg& leg, double slack) {
     const std::vector<LowStretch> stretches = low_on(leg);
@@ -166,7 +166,8 @@ class Feet {
     }
   }
 
-  /// Swings the free foot to where it would carry `next`, as far as the limits let it.
+  /// Swings the free foot to where it would carry `next`, as far as the limits let it; high where something
+  /// low lies between, asked for or not.
   void step(const Pose2& next, double clear = 0) {
     const hal::Foot standing = hal::other(swing_);
     const Pose2 foot = next * Pose2{0, side_of(swing_) * half(), 0};
@@ -179,6 +180,9 @@ class Feet {
     const double apart = side_of(swing_) * landing.y;
     landing.y = side_of(swing_) *
                 std::clamp(apart, gait_.feet_apart - gait_.inward, gait_.feet_apart + gait_.outward);
+    const Pose2 to = stance_.at(standing) * landing;
+    if (low_ != nullptr && well_known(to) && passes_low(*low_, gait_, stance_.at(swing_), to))
+      clear = gait_.over.height;
     const Duration duration = clear > 0 ? gait_.over.duration : gait_.step_duration;
     const hal::Footstep taken = hal::quantised({swing_, landing, 0, duration, clear});
     stance_ = stance_.after(taken);

@@ -13,6 +13,7 @@ namespace headway::nav {
 
 /// Footsteps in order. All are quantised, so the chain of stances is the one that the robot walks.
 struct Walk {
+  hal::Stance from;  ///< before the first step
   std::vector<hal::Footstep> steps;
   std::vector<hal::Stance> stances;  ///< after each step
   std::vector<Pose2> bases;          ///< carried by the foot that each step lands: where the body goes next

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/body_outline.h"
+
 namespace headway::nav {
 
 using Eigen::Vector2d, Eigen::Vector2i;
@@ -47,6 +49,23 @@ std::vector<LowStretch> low_ahead(const FloorMap& floor, const Vector2d& point, 
       merged.back().end = std::max(merged.back().end, s.end);
   }
   return merged;
+}
+
+bool is_on_low(const FloorMap& floor, const GaitLimits& gait, const Pose2& foot) {
+  return std::ranges::any_of(sole_cells(floor.grid, gait, foot),
+                             [&](const Vector2i& cell) { return floor.at(cell) == Floor::kLow; });
+}
+
+bool passes_low(const FloorMap& floor, const GaitLimits& gait, const Pose2& lift, const Pose2& landing) {
+  const Vector2d way = landing.position() - lift.position();
+  const int parts = 1 + static_cast<int>(2 * way.norm() / floor.grid.resolution);
+  for (int i = 0; i <= parts; ++i) {
+    const double share = static_cast<double>(i) / parts;
+    const Vector2d at = lift.position() + share * way;
+    const double yaw = lift.yaw + share * wrap_angle(landing.yaw - lift.yaw);
+    if (is_on_low(floor, gait, {at.x(), at.y(), yaw})) return true;
+  }
+  return false;
 }
 
 }  // namespace headway::nav

@@ -1,9 +1,10 @@
-// Where on a straight way something low is to be stepped over.
+// Where something low is to be stepped over.
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "hal/pose2.h"
 #include "nav/floor_map.h"
 #include "nav/walking/gait.h"
 
@@ -21,5 +22,10 @@ std::vector<LowStretch> low_ahead(const FloorMap& floor, const Eigen::Vector2d& 
                                   double first, double last, const GaitLimits& gait);
 
 bool any_low(const FloorMap& floor);
+
+/// Whether some of the floor under a sole is low. Poses are those of the foot on the map.
+bool is_on_low(const FloorMap& floor, const GaitLimits& gait, const Pose2& foot);
+/// Whether some of it is low under a foot that swings from one place to another.
+bool passes_low(const FloorMap& floor, const GaitLimits& gait, const Pose2& lift, const Pose2& landing);
 
 }  // namespace headway::nav

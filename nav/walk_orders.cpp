@@ -19,7 +19,9 @@ constexpr std::size_t kTooMany = 20000;
 class Orders {
  public:
   Orders(const hal::Stance& from, std::optional<hal::Foot> last_foot, const GaitLimits& gait)
-      : gait_(gait), stance_(from), last_foot_(last_foot) {}
+      : gait_(gait), stance_(from), last_foot_(last_foot) {
+    walk_.from = from;
+  }
 
   Walk take() { return std::move(walk_); }
   Pose2 base() const { return gait_base(stance_, last_foot_, gait_); }

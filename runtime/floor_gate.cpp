@@ -2,13 +2,17 @@
 
 #include <algorithm>
 
+#include "nav/low_ahead.h"
+
 namespace headway::runtime {
 
 Gate FloorGate::check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor,
                       const Pose2& robot_now, Time now) const {
   Gate gate;
+  const bool any_low = nav::any_low(floor);
   for (std::size_t step = from; step < walk.steps.size(); ++step) {
     check_step(walk, step, floor, robot_now, now, gate);
+    if (any_low && trips(walk, step, floor)) gate.blocked = true;
     if (gate.blocked || !gate.missing.empty()) break;
     ++gate.open;
   }
@@ -34,6 +38,14 @@ void FloorGate::check_step(const nav::Walk& walk, std::size_t step, const nav::F
   for (const auto& cell : nav::body_cells(floor.grid, outline_.bare(), walk.bases[step])) judge(cell, false);
 }
 
+/// Whether a foot that goes no higher than usual goes over something low.
+bool FloorGate::trips(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor) const {
+  const hal::Footstep& footstep = walk.steps[step];
+  const hal::Stance& before = step > 0 ? walk.stances[step - 1] : walk.from;
+  return footstep.clear == 0 &&
+         nav::passes_low(floor, gait_, before.at(footstep.foot), walk.stances[step].at(footstep.foot));
+}
+
 std::size_t FloorGate::clear_steps(const nav::Walk& walk, std::size_t from,
                                    const nav::FloorMap& floor) const {
   // Half the safety margin: a plan made with the whole of it is not thrown away for one more voxel.
@@ -42,10 +54,11 @@ std::size_t FloorGate::clear_steps(const nav::Walk& walk, std::size_t from,
   const auto any = [&](const std::vector<Eigen::Vector2i>& cells, nav::Floor of) {
     return std::ranges::any_of(cells, [&](const Eigen::Vector2i& cell) { return floor.at(cell) == of; });
   };
+  const bool any_low = nav::any_low(floor);
   for (std::size_t step = from; step < walk.steps.size(); ++step) {
     if (any(nav::body_cells(floor.grid, outline, walk.bases[step]), nav::Floor::kBlocked)) return step - from;
     const Pose2& sole = walk.stances[step].at(walk.steps[step].foot);
-    if (any(nav::sole_cells(floor.grid, gait_, sole), nav::Floor::kLow)) return step - from;
+    if (any_low && (nav::is_on_low(floor, gait_, sole) || trips(walk, step, floor))) return step - from;
   }
   return walk.steps.size() - std::min(from, walk.steps.size());
 }

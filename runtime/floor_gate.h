@@ -39,7 +39,7 @@ class FloorGate {
   Gate check(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor, const Pose2& robot_now,
              Time now) const;
   /// How many steps of the rest of a walk the body makes before it comes too near to an obstacle, or a foot
-  /// treads on something.
+  /// treads on something, or does not go high over it.
   std::size_t clear_steps(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
   /// Whether it meets none anywhere along it.
   bool clear(const nav::Walk& walk, std::size_t from, const nav::FloorMap& floor) const;
@@ -49,6 +49,7 @@ class FloorGate {
  private:
   void check_step(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor, const Pose2& robot_now,
                   Time now, Gate& gate) const;
+  bool trips(const nav::Walk& walk, std::size_t step, const nav::FloorMap& floor) const;
 
   FloorGateConfig config_;
   nav::GaitLimits gait_;

@@ -275,6 +275,7 @@ void Mission::carry_over(const nav::Committed& committed) {
   }
   walk.steps.erase(walk.steps.begin(), walk.steps.begin() + done);
   walk.bases.erase(walk.bases.begin(), walk.bases.begin() + done);
+  if (done > 0) walk.from = walk.stances[static_cast<std::size_t>(done - 1)];
   walk.stances.erase(walk.stances.begin(), walk.stances.begin() + done);
   if (!walk.orders.empty()) walk.orders.erase(walk.orders.begin(), walk.orders.begin() + done);
   walk_->session = committed.session;

@@ -50,14 +50,15 @@ void GaitLimits::validate() const {
   expect(sole_length > 0 && sole_length <= 0.5, "sole_length", sole_length, "0 to 0.5 m");
   expect(zmp_margin >= 0 && 2 * zmp_margin < std::min(sole_length, sole_width), "zmp_margin", zmp_margin,
          "0 m to less than half of the sole");
-  expect(over.height >= 0 && over.height <= 0.14, "step_over.height", over.height, "0 to 0.14 m");
-  expect(over.forward >= forward && over.forward <= 0.5, "step_over.forward", over.forward,
-         "gait.forward to 0.5 m");
-  expect(over.margin >= 0 && over.margin <= 0.1, "step_over.margin", over.margin, "0 to 0.1 m");
-  expect(over.duration >= step_duration && over.duration <= seconds(1.55), "step_over.seconds",
-         to_seconds(over.duration), "step_seconds to 1.55 s");
-  expect(over.cost >= 0 && over.cost <= 100, "step_over.cost", over.cost, "0 to 100 s");
   expect(sole_width > 0 && sole_width <= 0.3, "sole_width", sole_width, "0 to 0.3 m");
+  expect(over.height >= 0 && over.height <= 0.14, "step_over: height", over.height, "0 to 0.14 m");
+  if (over.height <= 0) return;  // no such steps
+  expect(over.forward >= forward && over.forward <= 0.5, "step_over: forward", over.forward,
+         "gait.forward to 0.5 m");
+  expect(over.margin >= 0 && over.margin <= 0.1, "step_over: margin", over.margin, "0 to 0.1 m");
+  expect(over.duration >= step_duration && over.duration <= seconds(1.55), "step_over: seconds",
+         to_seconds(over.duration), "step_seconds to 1.55 s");
+  expect(over.cost >= 0 && over.cost <= 100, "step_over: cost_seconds", over.cost, "0 to 100 s");
 }
 
 WalkingConfig walking_config(const GaitLimits& limits) {

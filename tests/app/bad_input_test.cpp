@@ -122,6 +122,31 @@ TEST(BadInput, NumbersThatAreNoneAreRefused) {
   }
 }
 
+TEST(BadInput, StepsOverWhatTheRobotCannotStepOverAreRefused) {
+  const TemporaryFolder folder;
+  const auto complaint = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = sim_of(kTree / "config/worlds/step_over.yaml", folder / "out");
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome result = run_headway(arguments);
+    EXPECT_EQ(result.code, kBadInput) << more.back();
+    return result.error;
+  };
+  for (const char* bad : {"nan", "inf", "-0.01", "0.15", "high"})
+    EXPECT_NE(complaint({std::string("--step-over=") + bad}).find("--step-over"), std::string::npos) << bad;
+  EXPECT_NE(complaint({"--step-over", "0.06", "--execution", "orders"}).find("expected execution: steps"),
+            std::string::npos);
+
+  std::filesystem::copy(kTree / "config/hrp2/rigs", folder / "rigs");
+  std::string text = read_text(kTree / "config/hrp2/robot.yaml");
+  text.replace(text.find("step_seconds: 0.8"), 17, "step_seconds: 0.8\n  step_over: {height: 0.06}");
+  std::ofstream(folder / "robot.yaml") << text;
+  const Outcome result = run_headway({"sim", (kTree / "config/worlds/step_over.yaml").string(), "--out",
+                                      (folder / "out").string(), "--robot", (folder / "robot.yaml").string(),
+                                      "--execution", "orders"});
+  EXPECT_EQ(result.code, kBadInput) << "what the robot file asks for counts as well";
+  EXPECT_NE(result.error.find("expected execution: steps"), std::string::npos) << result.error;
+}
+
 TEST(BadInput, StepsFasterThanTheRobotCanWalkAreRefused) {
   const TemporaryFolder folder;
   std::filesystem::copy(kTree / "config/hrp2/rigs", folder / "rigs");

@@ -192,6 +192,19 @@ TEST(FloorPicture, SaysWhatLiesOutsideTheMap) {
   EXPECT_GT(in_legend, 100);
 }
 
+TEST(FloorPicture, SaysWhatMayBeSteppedOverWhereSomethingMay) {
+  nav::FloorMap floor = small_floor();
+  EXPECT_EQ(count(floor_picture(floor, {}), colours::kLow), 0U);
+  floor.cells[floor.grid.index({1, 1})] = nav::Floor::kLow;
+  const cv::Mat out = floor_picture(floor, {});
+  int in_legend = 0;
+  for (int y = 0; y < out.rows; ++y)
+    for (int x = out.cols - 185; x < out.cols; ++x)
+      in_legend += out.at<Colour>(y, x) == colours::kLow ? 1 : 0;
+  EXPECT_GT(in_legend, 100);
+  EXPECT_GT(count(out, colours::kLow), static_cast<std::size_t>(in_legend)) << "the cell itself";
+}
+
 TEST(FloorPicture, StaysOfReasonableSizeWhenALayerRunsAway) {
   FloorLayers layers;
   layers.trail = {{0, 0}, {1e6, -1e9}, {NAN, 0}};

@@ -57,6 +57,47 @@ TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
               "simulation.body.stride_scale: must lie between 0.5 and 1.5");
 }
 
+TEST(RobotFile, SaysWhatMayBeSteppedOverAndHow) {
+  const Robot plain = read_robot(kRobot);
+  EXPECT_EQ(plain.mission.gait.over.height, 0);
+  EXPECT_EQ(plain.mapper.floor.step_over, 0);
+  const TemporaryFolder folder;
+  write_changed(folder.path(), "gait:", "step_seconds:",
+                "step_seconds: 0.8\n  step_over: {height: 0.08, forward: 0.4, margin: 0.02, seconds: 1.3, "
+                "cost_seconds: 5}");
+  const Robot over = read_robot(folder / "robot.yaml");
+  const nav::StepOverLimits& limits = over.mission.gait.over;
+  EXPECT_EQ(limits.height, 0.08);
+  EXPECT_EQ(limits.forward, 0.4);
+  EXPECT_EQ(limits.margin, 0.02);
+  EXPECT_EQ(limits.duration, seconds(1.3));
+  EXPECT_EQ(limits.cost, 5);
+  EXPECT_EQ(over.mapper.floor.step_over, 0.08);
+  EXPECT_EQ(over.mapper.raised_floor.low_height, 0.08);
+  EXPECT_GE(over.mapper.raised_floor.highest, 0.08);
+}
+
+TEST(RobotFile, RefusesToStepOverWhatItsGaitOrItsMapCannot) {
+  const auto fault = [](const std::string& over) {
+    return fault_of("gait:", "step_seconds:", "step_seconds: 0.8\n  step_over: " + over);
+  };
+  EXPECT_THAT(fault("{height: 0.15}"), HasSubstr("height"));
+  EXPECT_THAT(fault("{forward: 0.4}"), HasSubstr("height"));
+  EXPECT_THAT(fault("{height: 0.06, forward: 0.1}"), HasSubstr("step_over: forward: is 0.10"));
+  EXPECT_THAT(fault("{height: 0.06, seconds: 0.7}"), HasSubstr("step_over: seconds: is 0.70"));
+  EXPECT_THAT(fault("{height: 0.06, wide: 1}"), HasSubstr("wide"));
+  Robot orders = read_robot(kRobot);
+  orders.mission.execution = nav::Execution::kOrders;
+  EXPECT_THROW(step_over(0.06, orders), InputError);
+  EXPECT_NO_THROW(step_over(0, orders));
+  Robot heedless = read_robot(kRobot);
+  heedless.mapper.raised_floor.trip_height = 0;
+  EXPECT_THROW(step_over(0.06, heedless), InputError);
+  Robot long_strides = read_robot(kRobot);
+  long_strides.mission.gait.forward = 0.48;
+  EXPECT_THROW(step_over(0.06, long_strides), InputError);
+}
+
 TEST(RobotFile, SaysHowOdometryDrifts) {
   const runtime::LocalisationConfig localisation = read_robot(kRobot).localisation;
   EXPECT_TRUE(localisation.use);

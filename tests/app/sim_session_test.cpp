@@ -54,9 +54,9 @@ TEST(SimSession, WalksToAGoalAndFacesAsWished) {
 }
 
 TEST(SimSession, WalksInOrdersAsItDoesInSteps) {
-  SimOptions options = range_mode();
-  options.execution = nav::Execution::kOrders;
-  SimSession session(hrp2(), empty_room(), options);
+  Robot robot = hrp2();
+  robot.mission.execution = nav::Execution::kOrders;
+  SimSession session(robot, empty_room(), range_mode());
   const SimOutcome outcome = session.run();
   EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
   EXPECT_EQ(session.bus_loop().counters().plans_refused, 0U);
@@ -139,6 +139,33 @@ TEST(SimSession, GoesAroundABarTooLowForTheVoxels) {
   Robot heedless = hrp2();
   heedless.mapper.raised_floor.trip_height = 0;
   EXPECT_EQ(SimSession(heedless, low, range_mode()).run().end, "collision");
+}
+
+std::ptrdiff_t steps_over(const SimSession& session) {
+  return std::ranges::count_if(session.steps(),
+                               [](const auto& record) { return record.step.step.clear > 0; });
+}
+
+TEST(SimSession, StepsOverALowBarWhenItMay) {
+  Robot robot = hrp2();
+  step_over(0.06, robot);
+  SimSession session(robot, world("step_over"), range_mode(6));
+  const SimOutcome outcome = session.run();
+  EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
+  EXPECT_FALSE(outcome.collision);
+  EXPECT_GE(steps_over(session), 2) << "both feet";
+  EXPECT_LE(steps_over(session), 6);
+  for (const auto& record : session.steps()) {
+    EXPECT_TRUE(record.step.step.clear == 0 || record.step.step.duration == robot.mission.gait.over.duration);
+  }
+}
+
+TEST(SimSession, StopsBeforeALowBarWhenItMayNotStepOverItAndSaysWhy) {
+  SimSession session(hrp2(), world("step_over"), range_mode(6));
+  const SimOutcome outcome = session.run();
+  EXPECT_EQ(outcome.end, "stopped");
+  EXPECT_FALSE(outcome.reason.empty());
+  EXPECT_EQ(steps_over(session), 0);
 }
 
 TEST(SimSession, HasNoYawErrorWhereNoYawIsWished) {

@@ -1,6 +1,7 @@
 // What the floor is, is read from a tree of OctoMap's own, column by column.
 #include "nav/floor_projection.h"
 
+#include <algorithm>
 #include <map>
 #include <unordered_map>
 #include <utility>
@@ -72,6 +73,9 @@ class TreeFloor {
     return found == seen_.end() ? kNever : found->second;
   }
 
+  /// What else than voxels says of a column.
+  void rises(const ColumnKey& key, FloorProjection::Rise rise) { rises_[key] = rise; }
+
   void expect(const FloorMap& floor, const FloorMapConfig& config) const {
     const std::map<ColumnKey, Column> columns = look_into(config);
     for (int y = 0; y < floor.grid.height; ++y) {
@@ -86,6 +90,7 @@ class TreeFloor {
   struct Column {
     int obstacles = 0;
     bool strong = false, floor = false;
+    bool tall = false, surely_tall = false;  // higher than what may be stepped over
   };
 
   std::map<ColumnKey, Column> look_into(const FloorMapConfig& config) const {
@@ -100,29 +105,45 @@ class TreeFloor {
       column.floor |= std::abs(leaf.getZ()) < 0.1;
       if (leaf.getZ() < config.floor_tolerance || leaf.getZ() > config.body_height) continue;
       ++column.obstacles;
-      column.strong |= leaf->getLogOdds() > 0.05F * (static_cast<float>(config.strong) - 0.5F);
+      const bool strong = leaf->getLogOdds() > 0.05F * (static_cast<float>(config.strong) - 0.5F);
+      const bool tall = leaf.getZ() > config.step_over + 1.5 * kResolution;
+      column.strong |= strong;
+      column.tall |= tall;
+      column.surely_tall |= tall && strong;
     }
     return columns;
   }
-  static Floor decide(const std::map<ColumnKey, Column>& columns, const ColumnKey& key,
-                      const FloorMapConfig& config) {
-    const auto own = columns.find(key);
-    if (own == columns.end()) return Floor::kUnseen;
+  FloorProjection::Rise rise(const ColumnKey& key) const {
+    const auto found = rises_.find(key);
+    return found == rises_.end() ? FloorProjection::Rise::kUnknown : found->second;
+  }
+  Floor decide(const std::map<ColumnKey, Column>& columns, const ColumnKey& key,
+               const FloorMapConfig& config) const {
+    using Rise = FloorProjection::Rise;
+    const auto found = columns.find(key);
+    const Column own = found == columns.end() ? Column{} : found->second;
     int around = 0;
+    bool low_around = false;
     for (long dy = -1; dy <= 1; ++dy) {
       for (long dx = -1; dx <= 1; ++dx) {
         const auto near = columns.find({key.first + dx, key.second + dy});
         if (near != columns.end()) around += near->second.obstacles;
+        low_around |= rise({key.first + dx, key.second + dy}) == Rise::kLow;
       }
     }
-    if (own->second.strong || (own->second.obstacles > 0 && around >= config.voxels_to_block))
-      return Floor::kBlocked;
-    return own->second.floor ? Floor::kFree : Floor::kUnseen;
+    const bool rises = rise(key) == Rise::kLow || rise(key) == Rise::kHigh;
+    const bool smear = config.step_over > 0 && rise(key) == Rise::kLevel && !own.tall;
+    const bool stands = !smear && (own.strong || (own.obstacles > 0 && around >= config.voxels_to_block));
+    if (!rises && !stands) return own.floor ? Floor::kFree : Floor::kUnseen;
+    const bool low =
+        config.step_over > 0 && rise(key) != Rise::kHigh && !own.surely_tall && (!own.tall || low_around);
+    return low ? Floor::kLow : Floor::kBlocked;
   }
 
   static constexpr double kResolution = 0.1;
   std::unordered_map<octomap::OcTreeKey, float, octomap::OcTreeKey::KeyHash> voxels_;
   std::map<ColumnKey, Time> seen_;
+  std::map<ColumnKey, FloorProjection::Rise> rises_;
 };
 
 /// The cells of `part`'s grid in a larger floor.
@@ -156,6 +177,58 @@ RC_GTEST_PROP(FloorProjection, IsWhatTheColumnsOfATreeSayAfterAnyChanges, ()) {
         RC_ASSERT(floor.seen({x, y}) == tree.seen(column_key(centre.x(), centre.y())));
       }
     }
+  }
+}
+
+/// Where changes are, so that both meet.
+void let_some_rise(const FloorGrid& grid, FloorProjection& projection, TreeFloor& tree) {
+  using Rise = FloorProjection::Rise;
+  for (int left = *rc::gen::inRange(0, 60); left > 0; --left) {
+    const Vector2i cell(*rc::gen::inRange(0, grid.width), *rc::gen::inRange(9, 23));
+    const Rise rise = *rc::gen::element(Rise::kUnknown, Rise::kLevel, Rise::kLow, Rise::kHigh);
+    projection.set_rise(cell, rise);
+    tree.rises(column_key(grid.centre(cell).x(), grid.centre(cell).y()), rise);
+  }
+}
+
+RC_GTEST_PROP(FloorProjection, TellsWhatMayBeSteppedOverFromWhatBlocks, ()) {
+  VoxelMap map(window());
+  TreeFloor tree;
+  FloorMapConfig config;
+  config.floor_tolerance = *rc::gen::element(0.08, 0.2);
+  config.step_over = *rc::gen::element(0.0, 0.06, 0.14);
+  FloorMap floor = unseen_floor(floor_grid(map));
+  FloorProjection projection(floor.grid, config);
+  for (int update = 0; update < 6; ++update) {
+    tree.take(change_some(map, 60, at_seconds(update)), at_seconds(update));
+    let_some_rise(floor.grid, projection, tree);
+    projection.update(map, floor);
+    tree.expect(floor, config);
+    if (config.step_over == 0)
+      RC_ASSERT(std::find(floor.cells.begin(), floor.cells.end(), Floor::kLow) == floor.cells.end());
+  }
+}
+
+TEST(FloorProjection, ShowsALowBarAsLowAndItsSmearAsFloor) {
+  using Rise = FloorProjection::Rise;
+  VoxelMap map(window());
+  for (const double step_over : {0.0, 0.06}) {
+    FloorMapConfig config;
+    config.step_over = step_over;
+    FloorMap floor = unseen_floor(floor_grid(map));
+    FloorProjection projection(floor.grid, config);
+    const int foot = map.foot_begin();
+    for (const int y : {3, 4, 5}) map.set({3, y, foot}, 70, at_seconds(1));
+    for (const int y : {3, 4, 5}) map.set({3, y, 9}, 70, at_seconds(1));  // 0.15 m
+    map.set({3, 5, 12}, 70, at_seconds(1));                               // 0.45 m
+    projection.set_rise({3, 3}, Rise::kLow);
+    projection.set_rise({3, 4}, Rise::kLevel);
+    projection.set_rise({3, 5}, Rise::kLow);
+    projection.update(map, floor);
+    const bool over = step_over > 0;
+    EXPECT_EQ(floor.at({3, 3}), over ? Floor::kLow : Floor::kBlocked);
+    EXPECT_EQ(floor.at({3, 4}), over ? Floor::kFree : Floor::kBlocked);
+    EXPECT_EQ(floor.at({3, 5}), Floor::kBlocked) << "a sure voxel stands higher";
   }
 }
 

@@ -1,10 +1,9 @@
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
-#include "hal/error.h"
+#include "nav/body_outline.h"
 #include "nav/path_legs.h"
 #include "nav/walk_orders.h"
 #include "nav/walking/order_steps.h"
@@ -290,45 +289,189 @@ TEST(Footsteps, BeginSidewaysWithTheOuterFoot) {
   }
 }
 
-TEST(GaitLimits, RefuseWhatNoRobotCouldDo) {
-  GaitLimits{}.validate();
-  const auto message = [](const GaitLimits& g) {
-    try {
-      g.validate();
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  };
-  GaitLimits crossing, rushing;
-  crossing.inward = 0.1;
-  EXPECT_NE(message(crossing).find("inward"), std::string::npos);
-  rushing.step_duration = seconds(0.05);
-  EXPECT_NE(message(rushing).find("step_duration"), std::string::npos);
+GaitLimits stepping_over(double height = 0.06) {
+  GaitLimits gait;
+  gait.over.height = height;
+  return gait;
 }
 
-TEST(GaitLimits, AllowOnlyStepsThatThePatternTakes) {
-  int allowed = 0;
-  for (int ms = 100; ms <= 1700; ms += 10) {
-    GaitLimits gait;
-    gait.step_duration = std::chrono::milliseconds(ms);
-    try {
-      gait.validate();
-    } catch (const InputError&) {
-      continue;
+/// Low ground from wall to wall, `deep` cells across the way of one who faces `heading` and starts in `from`:
+/// its first row lies `ahead` cells on.
+FloorMap hall_with_bar(const Vector2i& from, int heading, int ahead, int deep) {
+  FloorMap map = hall();
+  const Vector2i on = cell_towards(heading);
+  for (int y = 0; y < map.grid.height; ++y)
+    for (int x = 0; x < map.grid.width; ++x) {
+      const int at = (Vector2i(x, y) - from).dot(on) - ahead * on.squaredNorm();
+      if (at >= 0 && at < deep) map.cells[map.grid.index({x, y})] = Floor::kLow;
     }
-    ++allowed;
-    EXPECT_NO_THROW(walking_config(gait).validate()) << ms << " ms";
+  return map;
+}
+
+bool treads_on_low(const FloorMap& map, const GaitLimits& gait, const Pose2& sole) {
+  const auto cells = sole_cells(map.grid, gait, sole);
+  return std::any_of(cells.begin(), cells.end(),
+                     [&](const Vector2i& cell) { return map.at(cell) == Floor::kLow; });
+}
+
+/// Whether a sole goes over low ground between two places.
+bool goes_over_low(const FloorMap& map, const GaitLimits& gait, const Pose2& from, const Pose2& to) {
+  for (int i = 0; i <= 40; ++i) {
+    const Vector2d p = from.position() + i / 40.0 * (to.position() - from.position());
+    if (treads_on_low(map, gait, {p.x(), p.y(), to.yaw})) return true;
   }
-  EXPECT_EQ(allowed, 131) << "from 0.25 s to 1.55 s";
+  return false;
 }
 
-TEST(GaitLimits, NeverTurnMoreThanTheyMayOnTheWire) {
-  const GaitLimits gait;
-  EXPECT_NEAR(gait.yaw_on_the_wire(), 0.086, 1e-12);
-  EXPECT_NEAR(gait.turn_seconds(std::numbers::pi / 4), 7.2, 1e-9);
-  EXPECT_NEAR(gait.forward_seconds(1), 4, 1e-9);
-  EXPECT_NEAR(gait.sideway_seconds(0.05), 1.6, 1e-9);
+bool same(const hal::Footstep& a, const hal::Footstep& b) {
+  return a.foot == b.foot && a.landing.position() == b.landing.position() && a.landing.yaw == b.landing.yaw &&
+         a.dz == b.dz && a.duration == b.duration && a.clear == b.clear;
+}
+
+void expect_same(const Walk& a, const Walk& b) {
+  ASSERT_EQ(a.steps.size(), b.steps.size());
+  for (std::size_t i = 0; i < a.steps.size(); ++i) ASSERT_TRUE(same(a.steps[i], b.steps[i])) << "step " << i;
+}
+
+/// Along the line of cells to the goal's, from that nearest to the start.
+Path straight_to(const FloorGrid& grid, const Pose2& start, const Vector2d& goal, int heading) {
+  const Vector2d step = cell_towards(heading).cast<double>() * grid.resolution;
+  const double left = (goal - start.position()).dot(step) / step.squaredNorm();
+  Path path;
+  path.start = start;
+  path.end = goal;
+  for (int i = static_cast<int>(std::lround(left)); i >= 0; --i)
+    path.states.push_back({grid.cell(goal) - i * cell_towards(heading), heading, Mode::kForward});
+  if (path.states.empty()) path.states = {{grid.cell(goal), heading, Mode::kForward}};
+  return path;
+}
+
+/// Walks a straight way as a mission does: plans its steps, makes the first of them, and plans again. After
+/// each the map turns out to lie a little otherwise, as `corrected` has it of a stance.
+template <class Correction>
+void check_walk_over(const FloorMap& map, const Pose2& start, const Vector2d& goal, int heading,
+                     const GaitLimits& gait, int& passed, const Correction& corrected) {
+  Standing standing{Stance::parallel(start, gait.feet_apart), std::nullopt};
+  const double clear = hal::quantised({{}, {}, 0, {}, gait.over.height}).clear;
+  bool was_corrected = false;
+  int made = 0;
+  for (; made < 100; ++made) {
+    const Pose2 base = gait_base(standing.stance, standing.last_foot, gait);
+    const Walk walk = place_feet(straight_to(map.grid, base, goal, heading), standing.stance,
+                                 standing.last_foot, map, gait);
+    ASSERT_FALSE(walk.treads_on_low) << "after " << made;
+    check_walk(walk, standing, gait);
+    if (walk.steps.empty()) break;
+    const hal::Footstep& step = walk.steps.front();
+    const Stance after = standing.stance.after(step);
+    const Pose2 &from = standing.stance.at(step.foot), &to = after.at(step.foot);
+    ASSERT_FALSE(treads_on_low(map, gait, to)) << "step " << made;
+    const bool passes = goes_over_low(map, gait, from, to);
+    // Set right, a foot may stand within its margin, and then goes high for nothing.
+    const bool high = passes || (was_corrected && step.clear > 0);
+    ASSERT_EQ(step.clear, high ? clear : 0) << "step " << made;
+    ASSERT_EQ(step.duration, high ? gait.over.duration : gait.step_duration) << "step " << made;
+    passed += passes;
+    standing = {corrected(after), step.foot};
+    was_corrected |= standing.stance.left.yaw != after.left.yaw;
+  }
+  ASSERT_LT(made, 100);
+  ASSERT_LT((standing.stance.base().position() - goal).norm(), 0.015);
+  ASSERT_TRUE(parallel(standing.stance, gait.feet_apart));
+}
+
+/// A bar, and a way over it that ends well beyond, or as near behind it as a sole may be.
+struct WayOver {
+  int heading, deep;
+  FloorMap map;
+  Pose2 start;
+  Vector2d goal;
+};
+
+WayOver some_way_over(Dice& dice, const GaitLimits& gait) {
+  const int heading = dice.whole(0, kHeadings), ahead = dice.whole(6, 50), deep = dice.whole(1, 3);
+  const Vector2i from(80, 70);
+  const FloorMap map = hall_with_bar(from, heading, ahead, deep);
+  const Vector2d step = cell_towards(heading).cast<double>(), on = step.normalized();
+  const Vector2d begin = map.grid.centre(from) + dice.real(-0.02, 0.02) * on;
+  const double cell = map.grid.resolution;
+  const double last = cell * (ahead * step.norm() + (deep - 1) / step.norm());  // row of the bar, ahead
+  const double near = gait.sole_length / 2 + gait.over.margin + cell / 2 * on.cwiseAbs().sum();
+  const double beyond = near + (dice.whole(0, 2) == 0 ? dice.real(-0.003, 0.003) : dice.real(0, 0.6));
+  return {heading, deep, map, Pose2{begin.x(), begin.y(), heading_angle(heading)},
+          map.grid.centre(from) + (last + beyond) * on};
+}
+
+TEST(Footsteps, GoOverWhatIsLowAndNeverOntoIt) {
+  Dice dice(31);
+  const GaitLimits gait = stepping_over();
+  int passed = 0;
+  for (int run = 0; run < 300; ++run) {
+    const WayOver way = some_way_over(dice, gait);
+    check_walk_over(way.map, way.start, way.goal, way.heading, gait, passed, [](Stance s) { return s; });
+    if (HasFatalFailure()) FAIL() << "run " << run << ": heading " << way.heading << ", deep " << way.deep;
+  }
+  EXPECT_GE(passed, 400) << "both feet, wherever a bar lies inside of the hall";
+}
+
+TEST(Footsteps, GoOverWhatIsLowWhileTheMapIsSetRight) {
+  Dice dice(33);
+  const GaitLimits gait = stepping_over();
+  int passed = 0;
+  for (int run = 0; run < 300; ++run) {
+    const WayOver way = some_way_over(dice, gait);
+    const int times = dice.whole(1, 4);
+    int left = times;
+    const auto corrected = [&](const Stance& s) {
+      if (left == 0 || dice.whole(0, 3) != 0) return s;
+      --left;
+      const Pose2 base = s.base();
+      const Pose2 moved{base.x + dice.real(-0.003, 0.003), base.y + dice.real(-0.003, 0.003),
+                        base.yaw + dice.real(-0.05, 0.05)};
+      const Pose2 by = moved * base.inverse();
+      return Stance{by * s.left, by * s.right};
+    };
+    check_walk_over(way.map, way.start, way.goal, way.heading, gait, passed, corrected);
+    if (HasFatalFailure()) FAIL() << "run " << run << ": heading " << way.heading << ", deep " << way.deep;
+  }
+  EXPECT_GE(passed, 400);
+}
+
+TEST(Footsteps, SayThatNoneGoOverWhatIsTooDeep) {
+  const GaitLimits gait = stepping_over();
+  const Vector2i from(80, 70);
+  for (const int heading : {0, 2, 4, 6}) {
+    for (int ahead = 7; ahead < 20; ++ahead) {
+      for (const int deep : {4, 6}) {
+        const FloorMap map = hall_with_bar(from, heading, ahead, deep);
+        const Vector2d begin = map.grid.centre(from),
+                       goal = map.grid.centre(from + (ahead + deep + 8) * cell_towards(heading));
+        const Pose2 start{begin.x(), begin.y(), heading_angle(heading)};
+        const Stance stance = Stance::parallel(start, gait.feet_apart);
+        EXPECT_TRUE(place_feet(straight(map.grid, start, goal, heading), stance, {}, map, gait).treads_on_low)
+            << heading << " " << ahead << " " << deep;
+      }
+    }
+  }
+}
+
+TEST(Footsteps, AreTheSameOnFloorWithNothingLowWhetherOrNotTheyMayGoOverIt) {
+  Dice dice(32);
+  const GaitLimits plain, over = stepping_over();
+  Planner planner({}, plain, {}, hall().grid);
+  int walked = 0;
+  for (int run = 0; run < 60; ++run) {
+    const FloorMap map = random_floor(160, 140, 0.05, dice);
+    const Standing standing =
+        some_standing(dice, {dice.real(0, 6), dice.real(1, 6.5), dice.real(-4, 4)}, plain);
+    const Pose2 start = gait_base(standing.stance, standing.last_foot, plain);
+    const auto result = planner.plan(map, start, {{dice.real(0, 6), dice.real(1, 6.5)}, std::nullopt, 0.1});
+    if (!result) continue;
+    ++walked;
+    expect_same(place_feet(result.path, standing.stance, standing.last_foot, map, plain),
+                place_feet(result.path, standing.stance, standing.last_foot, map, over));
+  }
+  EXPECT_GT(walked, 20);
 }
 
 }  // namespace

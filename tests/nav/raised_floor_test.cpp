@@ -35,23 +35,33 @@ void look_down(RaisedFloor& raised, const SyntheticRoom& room, int views, double
   }
 }
 
-/// Shares of the cells that are raised, in the middle of a box and where the floor is level.
+/// Shares of the cells of which something is so, in the middle of a box and where the floor is level.
 struct Shares {
   double box = 0, level = 0;
 };
-Shares shares(const RaisedFloor& raised, const Vector2d& low, const Vector2d& high) {
-  int on = 0, on_raised = 0, off = 0, off_raised = 0;
+template <class IsSo>
+Shares shares_of(const Vector2d& low, const Vector2d& high, const IsSo& is_so) {
+  int on = 0, on_so = 0, off = 0, off_so = 0;
   const FloorGrid g = grid();
   for (int y = 0; y < g.height; ++y) {
     for (int x = 0; x < g.width; ++x) {
       const Vector2d c = g.centre({x, y});
       if (c.x() < 0.7 || c.x() > 1.9 || std::abs(c.y()) > 0.4) continue;
       const Vector2d out = (low - c).cwiseMax(c - high);
-      if (out.maxCoeff() < -0.02) ++on, on_raised += raised.raised({x, y});
-      if (out.maxCoeff() > 0.05) ++off, off_raised += raised.raised({x, y});
+      if (out.maxCoeff() < -0.02) ++on, on_so += is_so(Eigen::Vector2i(x, y));
+      if (out.maxCoeff() > 0.05) ++off, off_so += is_so(Eigen::Vector2i(x, y));
     }
   }
-  return {on_raised / std::max(1.0, double(on)), off_raised / std::max(1.0, double(off))};
+  return {on_so / std::max(1.0, double(on)), off_so / std::max(1.0, double(off))};
+}
+Shares shares(const RaisedFloor& raised, const Vector2d& low, const Vector2d& high) {
+  return shares_of(low, high, [&](const Eigen::Vector2i& cell) { return raised.raised(cell); });
+}
+Shares low_shares(const RaisedFloor& raised, const Vector2d& low, const Vector2d& high) {
+  return shares_of(low, high, [&](const Eigen::Vector2i& cell) { return raised.low(cell); });
+}
+Shares level_shares(const RaisedFloor& raised, const Vector2d& low, const Vector2d& high) {
+  return shares_of(low, high, [&](const Eigen::Vector2i& cell) { return raised.level(cell); });
 }
 
 RC_GTEST_PROP(RaisedFloor, IsWhatRisesMoreThanTheTripHeightWhereverItLies, ()) {
@@ -94,12 +104,57 @@ TEST(RaisedFloor, IsNotLookedForWhereTheTripHeightIsNought) {
   EXPECT_EQ(shares(raised, {1, -0.2}, {1.2, 0.2}).box, 0);
 }
 
+RC_GTEST_PROP(RaisedFloor, IsLowWhereWhatRisesIsNoHigherThanSoAndLevelWhereNothingRises, ()) {
+  RaisedFloorConfig config;
+  config.low_height = 0.06;
+  const double x = *rc::gen::inRange(90, 140) / 100.0, height = *rc::gen::inRange(0, 14) / 100.0;
+  const Vector2d low(x, -0.3), high(x + *rc::gen::inRange(10, 40) / 100.0, 0.3);
+  RaisedFloor raised(grid(), config);
+  look_down(raised, floor_with(low, high, height), 4);
+  const Shares found_low = low_shares(raised, low, high), level = level_shares(raised, low, high);
+  if (height >= 0.04 && height <= 0.05) RC_ASSERT(found_low.box > 0.9);
+  if (height >= 0.09 || height <= 0.01) RC_ASSERT(found_low.box == 0);
+  if (height >= 0.04) RC_ASSERT(level.box == 0);
+  if (height == 0) RC_ASSERT(level.box > 0.95);
+  RC_ASSERT(level.level > 0.8);
+  for (int i = 0; i < grid().width * grid().height; ++i) {
+    const Eigen::Vector2i cell(i % grid().width, i / grid().width);
+    RC_ASSERT(raised.raised(cell) || !raised.low(cell));
+    RC_ASSERT(!raised.raised(cell) || !raised.level(cell));
+  }
+}
+
+TEST(RaisedFloor, IsNoLongerLowOnceAViewShowsThatItIsHigher) {
+  const Vector2d low(1, -0.2), high(1.2, 0.2);
+  RaisedFloorConfig config;
+  config.low_height = 0.06;
+  RaisedFloor raised(grid(), config);
+  look_down(raised, floor_with(low, high, 0.05), 4);
+  EXPECT_GT(low_shares(raised, low, high).box, 0.9);
+  look_down(raised, floor_with(low, high, 0.1), 1);
+  EXPECT_EQ(low_shares(raised, low, high).box, 0);
+  EXPECT_GT(shares(raised, low, high).box, 0.9);
+  EXPECT_FALSE(raised.changed().empty());
+}
+
+TEST(RaisedFloor, IsNeverLowWhereNothingCountsAsSo) {
+  for (const double height : {0.04, 0.05, 0.06}) {
+    RaisedFloor raised(grid());
+    look_down(raised, floor_with({1, -0.2}, {1.2, 0.2}, height), 4);
+    EXPECT_GT(shares(raised, {1, -0.2}, {1.2, 0.2}).box, 0.9);
+    EXPECT_EQ(low_shares(raised, {1, -0.2}, {1.2, 0.2}).box, 0) << height;
+  }
+}
+
 TEST(RaisedFloor, RefusesAConfigurationThatCannotBe) {
   RaisedFloorConfig config;
   config.trip_height = -0.01;
   EXPECT_THROW(RaisedFloor(grid(), config), InputError);
   config = {};
   config.highest = 0.01;
+  EXPECT_THROW(RaisedFloor(grid(), config), InputError);
+  config = {};
+  config.low_height = config.highest + 0.01;
   EXPECT_THROW(RaisedFloor(grid(), config), InputError);
 }
 

@@ -81,6 +81,59 @@ TEST(SurveyedFloor, SaysOfEachMotionWhatItsMaskAndTheCellsAroundSay) {
   EXPECT_GT(priced, 10000);
 }
 
+/// What may be stepped over, in bars and crumbs.
+void scatter_low_ground(FloorMap& map, Dice& dice) {
+  for (int bars = dice.whole(1, 8); bars > 0; --bars) {
+    const Vector2i low(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
+    const Vector2i size = dice.whole(0, 2) == 0 ? Vector2i(1, 20) : Vector2i(20, 1);
+    fill(map, low, low + Vector2i(dice.whole(0, size.x()), dice.whole(0, size.y())), Floor::kLow);
+  }
+}
+
+bool meets_low(const FloorMap& map, const Mask& mask, const Vector2i& cell) {
+  for (const Mask::Run& run : mask.runs)
+    for (int x = run.first; x <= run.last; ++x) {
+      const Vector2i c = cell + Vector2i(x, run.dy);
+      if (map.grid.contains(c) && map.at(c) == Floor::kLow) return true;
+    }
+  return false;
+}
+
+TEST(SurveyedFloor, LetsTheBodyPassOverLowGroundOnlyStraightOnAndAtAPrice) {
+  Dice dice(26);
+  int over = 0, stopped = 0, priced = 0;
+  for (int run = 0; run < 40; ++run) {
+    const double resolution = std::array{0.03, 0.05, 0.1}[static_cast<std::size_t>(dice.whole(0, 3))];
+    FloorMap map = random_floor(dice.whole(20, 200), dice.whole(20, 60), resolution, dice);
+    scatter_low_ground(map, dice);
+    Surveyor surveyor(any_config(dice), any_body(dice), resolution);
+    surveyor.update(map);
+    const TextbookSearch textbook(map, surveyor.config, {}, surveyor.masks);
+    const Ticks low = FloorPrices(surveyor.config, {}, resolution, surveyor.costs.tick).low();
+    ASSERT_GT(low, 0);
+    const FloorChunks& floor = surveyor.floor.chunks();
+    for (int trial = 0; trial < 3000; ++trial) {
+      const Vector2i c(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
+      const Motion m{dice.whole(0, kHeadings), dice.whole(0, kMotions)};
+      const bool straight_on = m.mode() == Mode::kForward && m.turn() == 0;
+      const bool blocked = textbook.blocked(c, m), meets = meets_low(map, surveyor.masks.of(m), c);
+      ASSERT_EQ(floor.blocked(c.x(), c.y(), m), blocked || (meets && !straight_on))
+          << "run " << run << " at " << c.transpose() << ", motion " << m.number;
+      over += meets && !blocked && straight_on;
+      stopped += meets && !blocked && !straight_on;
+      const bool is_low = map.at(c) == Floor::kLow;
+      for (const bool diagonal : {false, true})
+        ASSERT_EQ(floor.price(c.x(), c.y(), diagonal),
+                  sum(textbook.price(c, diagonal), is_low ? low : Ticks{0}))
+            << "run " << run << " at " << c.transpose();
+      priced += is_low;
+    }
+  }
+  EXPECT_GT(over, 500);
+  EXPECT_GT(stopped, 5000);
+  EXPECT_GT(priced, 1000);
+}
+
 /// Points of the body's rectangle at a pose, a millimetre or so from any other of its sides and a centimetre
 /// from any inside.
 std::vector<Vector2d> points_of(const BodyOutline& body, const Pose2& pose) {
@@ -211,7 +264,7 @@ TEST(SurveyedFloor, IsTheSameAfterChangesAsWhenSeenAnew) {
       for (int patches = dice.whole(0, 4); patches > 0; --patches) {
         const Vector2i low(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
         fill(map, low, low + Vector2i(dice.whole(0, 8), dice.whole(0, 8)),
-             static_cast<Floor>(dice.whole(0, 3)));
+             static_cast<Floor>(dice.whole(0, 4)));
       }
     }
   }

@@ -126,6 +126,61 @@ RC_GTEST_PROP(WalkingPattern, MovesTheSameWhetherStepsComeEarlyOrJustInTime, ())
   }
 }
 
+/// The same, some of them higher and longer, over something, and up or down.
+std::vector<Footstep> random_steps_over(int count) {
+  std::vector<Footstep> steps = random_steps(count);
+  for (Footstep& s : steps) {
+    if (*rc::gen::inRange(0, 3) == 0) continue;
+    s.landing.x = between(-0.05, 0.45);
+    s.clear = between(0.02, 0.14);
+    s.dz = between(-0.04, 0.04);
+    s.duration = seconds(between(1.2, 1.55));
+    s = hal::quantised(s);
+  }
+  return steps;
+}
+
+/// Heights of both soles, by Foot [m].
+struct Heights {
+  double left = 0, right = 0;
+  double& of(Foot f) { return f == Foot::kLeft ? left : right; }
+};
+
+RC_GTEST_PROP(WalkingPattern, ClearsWhatItStepsOverWhileTheSoleIsOnItsWay, ()) {
+  hal::Stance stance = random_start();
+  const auto steps = random_steps_over(*rc::gen::inRange(1, 10));
+  WalkingPattern pattern({}, stance);
+  const auto samples = walk(pattern, steps);
+  Heights stood, planned;  // before the step in hand, and after it
+  std::size_t sample = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Footstep& step = steps[i];
+    const hal::Stance after = stance.after(step);
+    planned.of(step.foot) = stood.of(hal::other(step.foot)) + step.dz;
+    const double higher = std::max({stood.left, stood.right, planned.of(step.foot)});
+    const Vector2d way = after.at(step.foot).position() - stance.at(step.foot).position();
+    bool on_its_way = false;
+    for (; sample < samples.size() && samples[sample].landed <= i; ++sample) {
+      const FootPose& foot = samples[sample].at(step.foot);
+      const double moved = (foot.pose.position() - stance.at(step.foot).position()).norm() / way.norm();
+      if (step.clear == 0 || way.norm() < 0.05 || moved < 0.02 || moved > 0.98) continue;
+      on_its_way = true;
+      RC_ASSERT(foot.z > higher + step.clear);
+    }
+    RC_ASSERT(on_its_way || step.clear == 0 || way.norm() < 0.05);
+    RC_ASSERT(samples[std::min(sample, samples.size() - 1)].at(step.foot).pose.position() ==
+              after.at(step.foot).position());
+    RC_ASSERT(std::abs(samples[std::min(sample, samples.size() - 1)].at(step.foot).z -
+                       planned.of(step.foot)) < 1e-12);
+    stance = after;
+    stood = planned;
+  }
+  RC_ASSERT(samples.back().landed == steps.size());
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    for (const Foot f : {Foot::kLeft, Foot::kRight})
+      RC_ASSERT(std::abs(samples[i].at(f).z - samples[i - 1].at(f).z) < 1.5 * kPeriod);
+}
+
 TEST(WalkingPattern, ClosesWhenAStepStartsAndFewerThanTwoMoreAreKnown) {
   WalkingPattern pattern({}, hal::Stance::parallel({}, 0.19));
   const auto step = [](Foot f) { return Footstep{f, {0.1, f == Foot::kLeft ? 0.19 : -0.19, 0}}; };

@@ -21,6 +21,7 @@ nav::FloorMap free_floor(Time seen) {
 nav::Walk straight_walk(int steps) {
   nav::Walk walk;
   hal::Stance stance = hal::Stance::parallel({}, kGait.feet_apart);
+  walk.from = stance;
   for (int i = 0; i < steps; ++i) {
     const hal::Foot foot = i % 2 ? hal::Foot::kRight : hal::Foot::kLeft;
     const double side = foot == hal::Foot::kLeft ? kGait.feet_apart : -kGait.feet_apart;
@@ -102,6 +103,79 @@ TEST(FloorGate, TrustsAnOldLookOnlyAroundWhereTheRobotIsNow) {
   const nav::Walk walk = straight_walk(10);
   EXPECT_GT(gate.check(walk, 3, floor, walk.bases[2], at_seconds(60)).open, 0U);
   EXPECT_EQ(gate.check(walk, 3, floor, {}, at_seconds(60)).open, 0U) << "0.6 m are committed already";
+}
+
+/// A walk that goes over what lies from 1.15 to 1.2 m, with soles well off it on either side.
+nav::Walk walk_over() {
+  nav::Walk walk = straight_walk(4);
+  const auto add = [&](double ahead, double clear) {
+    const hal::Foot foot = hal::other(walk.steps.back().foot);
+    const double side = foot == hal::Foot::kLeft ? kGait.feet_apart : -kGait.feet_apart;
+    const hal::Footstep step{foot, {ahead, side, 0}, 0, seconds(clear > 0 ? 1.4 : 0.8), clear};
+    const hal::Stance stance = walk.stances.back().after(step);
+    walk.add(step, stance, nav::gait_base(stance, foot, kGait));
+  };
+  add(0.2, 0);     // to 1 m
+  add(0.4, 0.06);  // over, to 1.4 m
+  add(0.2, 0.06);  // over, to 1.6 m
+  add(0.2, 0);
+  add(0, 0);
+  return walk;
+}
+
+TEST(FloorGate, LetsTheBodyPassOverWhatAFootStepsOver) {
+  const FloorGate gate({}, kGait, kOutline);
+  nav::FloorMap floor = free_floor(at_seconds(5));
+  const nav::Walk walk = walk_over();
+  set(floor, 1.15, 1.2, nav::Floor::kLow);
+  const Gate result = gate.check(walk, 0, floor, {}, at_seconds(6));
+  EXPECT_EQ(result.open, walk.steps.size());
+  EXPECT_FALSE(result.blocked);
+  EXPECT_TRUE(gate.clear(walk, 0, floor));
+  set(floor, 1.15, 1.2, nav::Floor::kBlocked);
+  EXPECT_TRUE(gate.check(walk, 0, floor, {}, at_seconds(6)).blocked);
+}
+
+TEST(FloorGate, OpensNoStepOntoWhatIsLow) {
+  const FloorGate gate({}, kGait, kOutline);
+  const nav::Walk walk = walk_over();
+  for (std::size_t step = 0; step < walk.steps.size(); ++step) {
+    const double x = walk.stances[step].at(walk.steps[step].foot).x;
+    nav::FloorMap floor = free_floor(at_seconds(5));
+    for (int y = 0; y < floor.grid.height; ++y) {
+      const Eigen::Vector2i cell(floor.grid.cell({x, 0}).x(), y);
+      floor.cells[floor.grid.index(cell)] = nav::Floor::kLow;
+    }
+    const Gate result = gate.check(walk, 0, floor, {}, at_seconds(6));
+    EXPECT_LE(result.open, step) << x;
+    EXPECT_TRUE(result.blocked) << x;
+    EXPECT_LE(gate.clear_steps(walk, 0, floor), step);
+    EXPECT_TRUE(result.missing.empty()) << "it has been seen";
+  }
+}
+
+/// What is found to be low once the steps over it are planned.
+TEST(FloorGate, OpensNoStepThatGoesOverWhatIsLowAtUsualHeight) {
+  const FloorGate gate({}, kGait, kOutline);
+  nav::FloorMap floor = free_floor(at_seconds(5));
+  set(floor, 1.15, 1.2, nav::Floor::kLow);
+  for (const std::size_t low : {5U, 6U}) {
+    nav::Walk walk = walk_over();
+    walk.steps[low].clear = 0;
+    const Gate result = gate.check(walk, 0, floor, {}, at_seconds(6));
+    EXPECT_EQ(result.open, low);
+    EXPECT_TRUE(result.blocked);
+    EXPECT_EQ(gate.clear_steps(walk, 0, floor), low);
+    EXPECT_EQ(gate.clear_steps(walk, low + 1, floor), walk.steps.size() - low - 1);
+  }
+  nav::Walk first = walk_over();
+  first.from = first.stances[4];
+  first.steps = {first.steps[5]};
+  first.stances = {first.stances[5]};
+  first.bases = {first.bases[5]};
+  EXPECT_TRUE(gate.clear(first, 0, floor));
+  first.steps.front().clear = 0;
+  EXPECT_FALSE(gate.clear(first, 0, floor)) << "from where the walk begins";
 }
 
 TEST(FloorGate, FindsAWalkClearUntilAnObstacleStandsOnItsRest) {
