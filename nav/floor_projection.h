@@ -24,12 +24,13 @@ class FloorProjection {
   void update(const VoxelMap& map, FloorMap& floor);
   /// What else than voxels makes a cell (of the grid) occupied; the next update decides it again. An
   /// occupied cell is low when no voxel in it is higher, or no sure one where it or one beside it rises so:
-  /// what rises a little smears towards the camera, and up. Where the floor is known to be level, so low a
-  /// smear is none.
+  /// what rises a little smears towards the camera, and up. Where the floor is known to be level, low voxels
+  /// are the smear of what is known to rise near by.
   enum class Rise : std::uint8_t { kUnknown, kLevel, kLow, kHigh };
   void set_rise(const Eigen::Vector2i& cell, Rise rise) {
     rises_[grid_.index(cell)] = rise;
-    again_.extend(Eigen::AlignedBox2i(cell - Eigen::Vector2i::Ones(), cell + Eigen::Vector2i::Ones()));
+    const Eigen::Vector2i around = Eigen::Vector2i::Constant(kSmearReach);
+    again_.extend(Eigen::AlignedBox2i(cell - around, cell + around));
   }
   /// Makes the next update decide these cells (those of the grid) again, for someone writes over them.
   void again(const Eigen::AlignedBox2i& cells) { again_.extend(cells); }
@@ -38,6 +39,8 @@ class FloorProjection {
   std::size_t columns_looked_into() const { return changed_.size(); }
 
  private:
+  static constexpr int kSmearReach = 2;  ///< [cells]
+
   /// What stands on a cell.
   struct Column {
     std::uint8_t obstacles = 0;  ///< occupied voxels between floor tolerance and body height, up to 28
@@ -53,6 +56,7 @@ class FloorProjection {
   int obstacles_around(const Eigen::Vector2i& cell) const;
   bool is_occupied(const Eigen::Vector2i& cell) const;
   bool is_low(const Eigen::Vector2i& cell) const;
+  bool any_around(const Eigen::Vector2i& cell, int reach, Rise rise) const;
 
   FloorGrid grid_;
   FloorMapConfig config_;

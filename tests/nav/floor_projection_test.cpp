@@ -128,11 +128,14 @@ class TreeFloor {
       for (long dx = -1; dx <= 1; ++dx) {
         const auto near = columns.find({key.first + dx, key.second + dy});
         if (near != columns.end()) around += near->second.obstacles;
-        low_around |= rise({key.first + dx, key.second + dy}) == Rise::kLow;
+        low_around |= rise({key.first + dx, key.second + dy}) >= Rise::kLow;
       }
     }
     const bool rises = rise(key) == Rise::kLow || rise(key) == Rise::kHigh;
-    const bool smear = config.step_over > 0 && rise(key) == Rise::kLevel && !own.tall;
+    bool rises_near = false;
+    for (long dy = -2; dy <= 2; ++dy)
+      for (long dx = -2; dx <= 2; ++dx) rises_near |= rise({key.first + dx, key.second + dy}) >= Rise::kLow;
+    const bool smear = config.step_over > 0 && rise(key) == Rise::kLevel && !own.tall && rises_near;
     const bool stands = !smear && (own.strong || (own.obstacles > 0 && around >= config.voxels_to_block));
     if (!rises && !stands) return own.floor ? Floor::kFree : Floor::kUnseen;
     const bool low =
@@ -229,6 +232,9 @@ TEST(FloorProjection, ShowsALowBarAsLowAndItsSmearAsFloor) {
     EXPECT_EQ(floor.at({3, 3}), over ? Floor::kLow : Floor::kBlocked);
     EXPECT_EQ(floor.at({3, 4}), over ? Floor::kFree : Floor::kBlocked);
     EXPECT_EQ(floor.at({3, 5}), Floor::kBlocked) << "a sure voxel stands higher";
+    for (const int y : {3, 5}) projection.set_rise({3, y}, Rise::kLevel);
+    projection.update(map, floor);
+    EXPECT_EQ(floor.at({3, 4}), over ? Floor::kLow : Floor::kBlocked) << "it is nothing's smear";
   }
 }
 
