@@ -149,6 +149,7 @@ void read_localisation(const Section& section, runtime::LocalisationConfig& conf
   config.start_shift = section.number_or("start_shift", config.start_shift, {1e-3, 0.5, "m"});
   config.start_turn =
       section.number_or("start_turn_deg", config.start_turn / kDegree, {0.01, 20, "deg"}) * kDegree;
+  config.lowest = section.number_or("lowest", config.lowest, {-1, 1, "m"});
   nav::LocaliseConfig& localise = config.localise;
   localise.shift_sigma = section.number_or("shift_sigma", localise.shift_sigma, {1e-4, 0.1, "m"});
   localise.turn_sigma =

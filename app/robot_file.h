@@ -22,7 +22,7 @@ struct SimulationConfig {
   Eigen::Vector2i depth_image{170, 240};  ///< width, height in range mode [px]
   /// What a whole view errs in range mode, in place of localisation's: there is no matcher that errs alike.
   double depth_shift_sigma = 0.008;  ///< [m]
-  double depth_turn_sigma = 0.0035;  ///< [rad]
+  double depth_turn_sigma = 0.0087;  ///< [rad]
   runtime::StageTimes charge;        ///< per frame
   sim::BodyConfig body;              ///< what the true robot does otherwise than it is told
   double tilt_error = 0;             ///< of the head: true tilt, down, less the one reported [rad]

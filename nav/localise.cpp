@@ -142,6 +142,7 @@ void LocaliseConfig::validate() const {
                      std::to_string(lowest) + " to " + std::to_string(highest));
   };
   check("fewest_patches", fewest_patches, 10, 100000);
+  check("least_known", least_known, 0, 1);
   check("least_share", least_share, 0, 1);
   check("gate", gate, 1, 20);
   check("largest_misfit", largest_misfit, 1, 100);
@@ -295,7 +296,9 @@ Alignment Localiser::align(const VoxelMap& map, const SurfacePoints& surfaces, s
   Step step;
   for (int i = 0; i < config_.iterations; ++i) {
     s.match(map, surfaces, patches, moved(about, change) * map_from_camera, about, config_);
-    if (s.matches.size() < static_cast<std::size_t>(config_.fewest_patches)) return out;
+    const auto met = static_cast<double>(s.matches.size());
+    if (met < config_.fewest_patches || met < config_.least_known * static_cast<double>(patches.size()))
+      return out;
     out.matched = s.agreeing(config_.gate);
     s.widen(doubt);
     out.misfit = s.spread();

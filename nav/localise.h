@@ -18,6 +18,7 @@ namespace headway::nav {
 
 struct LocaliseConfig {
   int fewest_patches = 60;      ///< of a view that meet surfaces of the map
+  double least_known = 0.25;    ///< and this share of all its patches: what is hardly known is known badly
   double least_share = 0.5;     ///< of them that agree with it
   double largest_misfit = 1.5;  ///< Alignment::misfit; a view with more is refused
   double gate = 4;              ///< patches farther than so many sigma from their plane do not count
@@ -39,7 +40,7 @@ struct LocaliseConfig {
 enum class Aligned : std::uint8_t {
   kWhole,         ///< the geometry determines all of it
   kPartly,        ///< in some directions only: a wall, a corridor
-  kFewPatches,    ///< the view meets too little that the map knows
+  kFewPatches,    ///< too little of the view meets what the map knows
   kUndetermined,  ///< in no direction
   kMisfit,        ///< too few patches agree, or less well than their sigma says
   kTooFar,        ///< the change is larger than the believed pose can be off

@@ -39,7 +39,7 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
   const Pose2 stands = on_floor(odom_from_chest);
   if (!start_) start_ = stands;
   drift_.move(stands, stamp);
-  leave_out_what_moves(passing);
+  leave_out(passing);
   if (drift_.covariance().isZero()) return;  // nothing can be off yet
   const Pose2 robot = drift_.map_from_robot();
   alignment_ = localiser_.align(map_, surfaces_, patches_, drift_.map_from_odom().lifted() * odom_from_view,
@@ -55,11 +55,11 @@ void Localisation::see(const vision::RangeView& view, const Eigen::Isometry3d& o
     steady_ = drift_.map_from_odom();
 }
 
-void Localisation::leave_out_what_moves(const nav::PassingObstacles& passing) {
+void Localisation::leave_out(const nav::PassingObstacles& passing) {
   const Eigen::Isometry3d map_from_view = drift_.map_from_odom().lifted() * odom_from_view_;
   std::erase_if(patches_, [&](const nav::Patch& patch) {
     const Eigen::Vector3d point = map_from_view * patch.point;
-    return passing.amid_free(point.head<2>());
+    return point.z() < config_.lowest || passing.amid_free(point.head<2>());
   });
 }
 

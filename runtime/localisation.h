@@ -22,6 +22,9 @@ struct LocalisationConfig {
   bool use = true;  ///< false: odometry is taken for the truth
   nav::PatchConfig patches;
   nav::LocaliseConfig localise;
+  /// What lies lower says nothing [m]: where a wall meets the floor, points of either lie in the other's
+  /// planes.
+  double lowest = 0.12;
   DriftConfig drift;
   GlanceConfig glance;
   // Standard deviations of where the robot is set up in a map that is known from before. A place farther off
@@ -52,7 +55,7 @@ class Localisation {
   bool placed() const { return placed_; }
 
   /// Aligns a view with the map. `odom_from_view` and `odom_from_chest` at its exposure, `stamp`. What moves,
-  /// by `passing`, is left out.
+  /// by `passing`, is left out, and what is too low.
   void see(const vision::RangeView& view, const Eigen::Isometry3d& odom_from_view,
            const Eigen::Isometry3d& odom_from_chest, Time stamp, const nav::PassingObstacles& passing);
   /// Remembers the surfaces of the view seen last, which is part of the map now.
@@ -70,7 +73,7 @@ class Localisation {
   const nav::SurfacePoints& surfaces() const { return surfaces_; }
 
  private:
-  void leave_out_what_moves(const nav::PassingObstacles& passing);
+  void leave_out(const nav::PassingObstacles& passing);
   void count();
   bool found_place() const;
   bool near_start() const;

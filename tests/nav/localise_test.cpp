@@ -150,14 +150,35 @@ TEST(Localiser, RefusesToMoveAlongASingleWall) {
 
 // Far off, noise is as large as what the voxels of a wall span, and their normals point anywhere. Beyond the
 // end of what is known the patches lie to one side of those planes, so such normals all pull the same way.
+/// A view that hardly overlaps with what is known.
+TEST(Localiser, SaysNothingWhereLittleOfTheViewIsKnown) {
+  SyntheticRoom room = open_place();
+  room.walls.highest.x() = 3.52;
+  KnownRoom known(room);
+  for (std::uint64_t view = 0; view < 4; ++view) known.learn(camera_pose(kEye, 0.25, 0.1), view);
+  const auto align = [&] { return known.align(camera_pose(kEye, -0.2, 0.1), Vector3d::Zero(), 50, kSigma); };
+  const Alignment refused = align();
+  EXPECT_EQ(refused.aligned, Aligned::kFewPatches);
+  EXPECT_TRUE(refused.change.isZero());
+  LocaliseConfig config;
+  config.least_known = 0;
+  known.localiser = Localiser(config);
+  const Alignment taken = align();
+  EXPECT_TRUE(taken);
+  EXPECT_LT(static_cast<double>(taken.matched), 0.25 * static_cast<double>(taken.patches));
+}
+
 TEST(Localiser, IsNotTurnedWhereTheKnownPartOfAFarWallEnds) {
   SyntheticRoom room = open_place();
   room.walls.highest.x() = 3.52;
+  LocaliseConfig config;
+  config.least_known = 0;  // it is that part which is looked at
   for (const double side : {-1.0, 1.0}) {
     Vector3d sum = Vector3d::Zero();
     int aligned = 0;
     for (std::uint64_t r = 0; r < 24; ++r) {
       KnownRoom known(room);
+      known.localiser = Localiser(config);
       for (std::uint64_t view = 0; view < 4; ++view)
         known.learn(camera_pose(kEye, 0.25 * side, 0.1), 100 * r + view);
       for (std::uint64_t view = 0; view < 5; ++view) {
