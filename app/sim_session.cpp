@@ -72,7 +72,7 @@ void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
   limits.nearest_side = std::min(limits.nearest_side, gait.feet_apart - gait.inward - kWire);
   limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
   limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
-  limits.clear = std::max(limits.clear, gait.over.height);
+  limits.clear = std::max(limits.clear, hal::quantised({{}, {}, 0, {}, gait.over.height}).clear);
   limits.forward_over = std::max(limits.forward_over, gait.over.forward + kWire);
   control.walking = nav::walking_config(gait);
   control.gait = gait;

@@ -43,7 +43,7 @@ class CostToGoal {
     return floor.height() == sweep_.height && floor.chunks() == sweep_.chunks;
   }
 
-  /// kTooDear before any way is found; never too low, and never rising.
+  /// kTooDear before any way is found; never too low, and never rising while floor and query stay.
   Ticks at_start() const { return sweep_.at_start(); }
   Ticks at(int x, int y, int layer) const {
     return sweep_.table.at(y, x / kChunkCells).cost[layer][x % kChunkCells];

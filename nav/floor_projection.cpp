@@ -114,7 +114,7 @@ bool FloorProjection::is_occupied(const Vector2i& cell) const {
   const Column& column = columns_[i];
   if (rises_[i] >= Rise::kLow) return true;
   const bool smear = config_.step_over > 0 && rises_[i] == Rise::kLevel && !column.tall;
-  if (smear && any_around(cell, kSmearReach, Rise::kLow)) return false;
+  if (smear && any_around(cell, kSmearReach, [](Rise r) { return r >= Rise::kLow; })) return false;
   return column.strong || (column.obstacles > 0 && obstacles_around(cell) >= config_.voxels_to_block);
 }
 
@@ -122,17 +122,19 @@ bool FloorProjection::is_occupied(const Vector2i& cell) const {
 bool FloorProjection::is_low(const Vector2i& cell) const {
   const std::size_t i = grid_.index(cell);
   if (config_.step_over <= 0 || columns_[i].surely_tall || rises_[i] == Rise::kHigh) return false;
-  return rises_[i] == Rise::kLow || !columns_[i].tall || any_around(cell, 1, Rise::kLow);
+  return any_around(cell, 1, [](Rise r) { return r == Rise::kLow; }) ||
+         (!columns_[i].tall && !near_.contains(cell));
 }
 
-/// Whether a cell no farther off than so many cells rises so much or more.
-bool FloorProjection::any_around(const Vector2i& cell, int reach, Rise rise) const {
+/// Whether `is` holds for what a cell no farther off than so many cells does.
+template <class Is>
+bool FloorProjection::any_around(const Vector2i& cell, int reach, const Is& is) const {
   const Vector2i around = Vector2i::Constant(reach);
   const Vector2i low = (cell - around).cwiseMax(0),
                  high = (cell + around).cwiseMin(Vector2i(grid_.width - 1, grid_.height - 1));
   for (int y = low.y(); y <= high.y(); ++y)
     for (int x = low.x(); x <= high.x(); ++x)
-      if (rises_[grid_.index({x, y})] >= rise) return true;
+      if (is(rises_[grid_.index({x, y})])) return true;
   return false;
 }
 

@@ -32,6 +32,13 @@ class FloorProjection {
     const Eigen::Vector2i around = Eigen::Vector2i::Constant(kSmearReach);
     again_.extend(Eigen::AlignedBox2i(cell - around, cell + around));
   }
+  /// Within these cells only what is known to be low is low; farther off what has no higher voxel is taken
+  /// for low until it has been looked at from near.
+  void look_closely_within(const Eigen::AlignedBox2i& cells) {
+    again_.extend(near_);
+    again_.extend(cells);
+    near_ = cells;
+  }
   /// Makes the next update decide these cells (those of the grid) again, for someone writes over them.
   void again(const Eigen::AlignedBox2i& cells) { again_.extend(cells); }
 
@@ -56,7 +63,8 @@ class FloorProjection {
   int obstacles_around(const Eigen::Vector2i& cell) const;
   bool is_occupied(const Eigen::Vector2i& cell) const;
   bool is_low(const Eigen::Vector2i& cell) const;
-  bool any_around(const Eigen::Vector2i& cell, int reach, Rise rise) const;
+  template <class Is>
+  bool any_around(const Eigen::Vector2i& cell, int reach, const Is& is) const;
 
   FloorGrid grid_;
   FloorMapConfig config_;
@@ -64,7 +72,7 @@ class FloorProjection {
   std::vector<Rise> rises_;               ///< FloorGrid::index
   std::uint64_t changes_ = 0;             ///< of the map, known to the floor
   std::vector<Eigen::Vector2i> changed_;  ///< first cells of columns of bricks
-  Eigen::AlignedBox2i again_;
+  Eigen::AlignedBox2i again_, near_;
 };
 
 }  // namespace headway::nav

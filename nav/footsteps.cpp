@@ -140,7 +140,9 @@ class Feet {
                  swinging = stance_.at(swing_).position().dot(unit(leg.yaw));
     for (const LowStretch& low : stretches) {
       if (swinging >= low.end - kRounding || standing + length <= low.begin + kRounding) continue;
-      const double beyond = std::max(length, low.end - standing), before = low.begin - standing;
+      const double least = low.end - standing, before = low.begin - standing;
+      const double next = &low == &stretches.back() ? length : (&low + 1)->begin - standing;
+      const double beyond = std::max(least, std::min(length, next));
       if (beyond <= gait_.over.forward) return {beyond, gait_.over.height};
       if (before < -gait_.backward || swinging >= low.begin - kRounding) return {0, 0, true};
       return {before};

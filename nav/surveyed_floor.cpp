@@ -117,7 +117,9 @@ void SurveyedFloor::look_near(const GroundView& view, const CellBox& box) {
 
 /// Changed rows that lie near each other are worked on together.
 void SurveyedFloor::rework() {
-  constexpr int kApart = 32;  // rows: about as far as a change reaches
+  // As far apart as blocks of motions may be that both reach: those must be found once.
+  const int apart = std::max(
+      {32, dilation_.highest() - dilation_.lowest(), bare_dilation_.highest() - bare_dilation_.lowest()});
   CellBox box;
   const auto finish = [&] {
     if (box.high.y() >= 0) rework(box);
@@ -126,7 +128,7 @@ void SurveyedFloor::rework() {
   for (int y = 0; y < raster_.height; ++y) {
     Span& row = changed_[static_cast<std::size_t>(y)];
     if (row.first > row.last) continue;
-    if (box.high.y() >= 0 && y > box.high.y() + kApart) finish();
+    if (box.high.y() >= 0 && y > box.high.y() + apart) finish();
     if (box.high.y() < 0) box = {{row.first, y}, {row.last, y}};
     box.low.x() = std::min(box.low.x(), row.first);
     box.high = {std::max(box.high.x(), row.last), y};

@@ -8,6 +8,8 @@
 namespace headway::runtime {
 namespace {
 
+constexpr double kClose = 1.2;  // of the robot, along x and y: there it must be known what is low [m]
+
 /// As much of the box as the window holds, at its lowest corner.
 nav::VoxelMapConfig first_window(const MapperConfig& config) {
   nav::VoxelMapConfig window = config.voxels;
@@ -95,6 +97,10 @@ nav::IntegrationStats Mapper::integrate(const vision::RangeView& view,
   const Eigen::Vector2d moved = map_from_chest.translation().head<2>() - start_.position();
   if (moved.norm() > config_.start_area.footprint_half.minCoeff()) at_start_ = false;
   follow(map_from_chest.translation());
+  if (config_.floor.step_over > 0) {
+    const Eigen::Vector2d at = map_from_chest.translation().head<2>(), far(kClose, kClose);
+    projection_.look_closely_within({floor_.grid.cell(at - far), floor_.grid.cell(at + far)});
+  }
   raised_.add(view, map_from_camera);
   passing_.look(view, map_from_camera, stamp);
   for (const Eigen::Vector2i& cell : raised_.changed()) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "hal/on_floor.h"
+#include "nav/low_ahead.h"
 
 namespace headway::runtime {
 
@@ -341,6 +342,7 @@ bool Mission::threatened(const MissionInput& input) const {
   for (std::uint32_t back = 1; back <= std::min(kStepsAhead, committed.next_index); ++back) {
     const nav::CommittedStep& next = *committed.step(committed.next_index - back);
     coming.push_back(nav::gait_base(next.stance, next.step.foot, config_.gait));
+    if (nav::is_on_low(input.mapper.floor(), config_.gait, next.stance.at(next.step.foot))) return true;
   }
   return gate_.hits(coming, input.mapper.floor());
 }
@@ -456,7 +458,7 @@ bool Mission::look_again_for_a_way(const MissionInput& input) {
   const nav::Committed& committed = input.bus.committed;
   const Pose2 base = nav::gait_base(committed.stance, committed.last_foot, config_.gait);
   if (!second_look_.begin(input.mapper, base.position(), held_up_)) return false;
-  if (!ways_.leads(second_look_.floor(input.mapper), base, *goal_)) {
+  if (!ways_.leads(second_look_.floor(input.mapper), committed, *goal_)) {
     second_look_.end(input.mapper, base.position());
     return false;
   }

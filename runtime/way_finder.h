@@ -25,13 +25,14 @@ class WayFinder {
   /// From where the committed steps end. Where no feet step over what is low on the cheapest path, the way
   /// that goes around all that is low.
   Way find(const nav::FloorMap& floor, const nav::Committed& committed, const nav::Goal& goal);
-  /// Whether there is a path at all.
-  bool leads(const nav::FloorMap& floor, const Pose2& start, const nav::Goal& goal) {
-    return static_cast<bool>(planner_.plan(floor, start, goal));
+  /// Whether there is one at all.
+  bool leads(const nav::FloorMap& floor, const nav::Committed& committed, const nav::Goal& goal) {
+    return static_cast<bool>(find(floor, committed, goal).plan);
   }
 
  private:
-  Way along(const nav::FloorMap& floor, const nav::Committed& committed, const nav::Goal& goal);
+  Way along(const nav::FloorMap& planned_on, const nav::FloorMap& floor, const nav::Committed& committed,
+            const nav::Goal& goal);
 
   nav::Planner planner_;
   nav::GaitLimits gait_;

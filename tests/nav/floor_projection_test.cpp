@@ -74,6 +74,10 @@ class TreeFloor {
   }
 
   /// What else than voxels says of a column.
+  void look_closely_within(const ColumnKey& first, const ColumnKey& last) {
+    near_first_ = first;
+    near_last_ = last;
+  }
   void rises(const ColumnKey& key, FloorProjection::Rise rise) { rises_[key] = rise; }
 
   void expect(const FloorMap& floor, const FloorMapConfig& config) const {
@@ -128,7 +132,7 @@ class TreeFloor {
       for (long dx = -1; dx <= 1; ++dx) {
         const auto near = columns.find({key.first + dx, key.second + dy});
         if (near != columns.end()) around += near->second.obstacles;
-        low_around |= rise({key.first + dx, key.second + dy}) >= Rise::kLow;
+        low_around |= rise({key.first + dx, key.second + dy}) == Rise::kLow;
       }
     }
     const bool rises = rise(key) == Rise::kLow || rise(key) == Rise::kHigh;
@@ -138,8 +142,11 @@ class TreeFloor {
     const bool smear = config.step_over > 0 && rise(key) == Rise::kLevel && !own.tall && rises_near;
     const bool stands = !smear && (own.strong || (own.obstacles > 0 && around >= config.voxels_to_block));
     if (!rises && !stands) return own.floor ? Floor::kFree : Floor::kUnseen;
-    const bool low =
-        config.step_over > 0 && rise(key) != Rise::kHigh && !own.surely_tall && (!own.tall || low_around);
+    const auto within = [](long low, long at, long high) { return low <= at && at <= high; };
+    const bool is_near = within(near_first_.first, key.first, near_last_.first) &&
+                         within(near_first_.second, key.second, near_last_.second);
+    const bool low = config.step_over > 0 && rise(key) != Rise::kHigh && !own.surely_tall &&
+                     (low_around || (!own.tall && !is_near));
     return low ? Floor::kLow : Floor::kBlocked;
   }
 
@@ -147,6 +154,7 @@ class TreeFloor {
   std::unordered_map<octomap::OcTreeKey, float, octomap::OcTreeKey::KeyHash> voxels_;
   std::map<ColumnKey, Time> seen_;
   std::map<ColumnKey, FloorProjection::Rise> rises_;
+  ColumnKey near_first_{1, 1}, near_last_{0, 0};
 };
 
 /// The cells of `part`'s grid in a larger floor.
@@ -205,6 +213,11 @@ RC_GTEST_PROP(FloorProjection, TellsWhatMayBeSteppedOverFromWhatBlocks, ()) {
   for (int update = 0; update < 6; ++update) {
     tree.take(change_some(map, 60, at_seconds(update)), at_seconds(update));
     let_some_rise(floor.grid, projection, tree);
+    const Vector2i from(*rc::gen::inRange(0, floor.grid.width), *rc::gen::inRange(0, floor.grid.height)),
+        to = from + Vector2i(*rc::gen::inRange(0, 12), *rc::gen::inRange(0, 12));
+    const Vector2d first = floor.grid.centre(from), last = floor.grid.centre(to);
+    projection.look_closely_within({from, to});
+    tree.look_closely_within(column_key(first.x(), first.y()), column_key(last.x(), last.y()));
     projection.update(map, floor);
     tree.expect(floor, config);
     if (config.step_over == 0)

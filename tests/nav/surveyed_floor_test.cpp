@@ -270,6 +270,57 @@ TEST(SurveyedFloor, IsTheSameAfterChangesAsWhenSeenAnew) {
   }
 }
 
+/// Bit by bit and price by price, also where patches lie in rows far apart and the cells are small.
+TEST(SurveyedFloor, TellsOfEachChunkThatHasChanged) {
+  Dice dice(26);
+  std::size_t changed = 0;
+  for (int run = 0; run < 30; ++run) {
+    const double resolution = std::array{0.02, 0.025, 0.05}[static_cast<std::size_t>(dice.whole(0, 3))];
+    PlannerConfig config = any_config(dice);
+    config.near_range = dice.real(0.05, 0.3);
+    FloorMap map = random_floor(dice.whole(20, 300), dice.whole(60, 150), resolution, dice);
+    Surveyor surveyor(config, {0.25, 0.35, 0.03, 0.05}, resolution);
+    EXPECT_TRUE(surveyor.floor.update(map, surveyor.view(map, {})).everything);
+    for (int step = 0; step < 5; ++step) {
+      const FloorChunks before = surveyor.floor.chunks();
+      for (int patches = dice.whole(1, 4); patches > 0; --patches) {
+        const Vector2i low(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
+        fill(map, low, low + Vector2i(dice.whole(0, 8), dice.whole(0, 8)),
+             static_cast<Floor>(dice.whole(0, 4)));
+      }
+      const FloorChanges& told = surveyor.floor.update(map, surveyor.view(map, {}));
+      EXPECT_FALSE(told.everything);
+      std::map<std::pair<int, int>, std::pair<unsigned, bool>> listed;
+      for (const ChunkChange& c : told.chunks) {
+        auto& [raised, lowered] = listed[{c.y, c.i}];
+        raised |= c.raised;
+        lowered |= c.lowered;
+      }
+      const FloorChunks& now = surveyor.floor.chunks();
+      for (int y = 0; y < map.grid.height; ++y) {
+        for (int x = 0; x < map.grid.width; ++x) {
+          bool raised = false, lowered = false;
+          for (int slot = 0; slot < kConfigurations; ++slot) {
+            raised |= now.blocked(x, y, slot) && !before.blocked(x, y, slot);
+            lowered |= !now.blocked(x, y, slot) && before.blocked(x, y, slot);
+          }
+          for (const bool diagonal : {false, true}) {
+            raised |= now.price(x, y, diagonal) > before.price(x, y, diagonal);
+            lowered |= now.price(x, y, diagonal) < before.price(x, y, diagonal);
+          }
+          const auto found = listed.find({y, x / kChunkCells});
+          const auto [cells, any] = found == listed.end() ? std::pair(0u, false) : found->second;
+          ASSERT_TRUE(!raised || (cells >> (x % kChunkCells) & 1))
+              << "run " << run << " at " << x << " " << y;
+          ASSERT_TRUE(!lowered || any) << "run " << run << " at " << x << " " << y;
+          changed += raised || lowered;
+        }
+      }
+    }
+  }
+  EXPECT_GT(changed, 50000u);
+}
+
 TEST(SurveyedFloor, IsTheSameOnEveryInstructionSet) {
   Dice dice(23);
   for (int run = 0; run < 6; ++run) {

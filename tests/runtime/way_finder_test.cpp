@@ -80,9 +80,11 @@ TEST(WayFinder, KnowsThatAWayLeadsWhereFeetStepOver) {
   const nav::GaitLimits gait = stepping_over();
   WayFinder ways({}, gait, {}, nav::Execution::kSteps, floor.grid);
   const nav::Goal goal{{2, 0}, std::nullopt};
-  EXPECT_TRUE(ways.leads(floor, {}, goal));
+  nav::Committed committed;
+  committed.stance = hal::Stance::parallel({}, gait.feet_apart);
+  EXPECT_TRUE(ways.leads(floor, committed, goal));
   std::ranges::replace(floor.cells, nav::Floor::kLow, nav::Floor::kBlocked);
-  EXPECT_FALSE(ways.leads(floor, {}, goal));
+  EXPECT_FALSE(ways.leads(floor, committed, goal));
 }
 
 TEST(WayFinder, FindsNoneWhereNoFeetStepOverFromWallToWall) {
