@@ -283,10 +283,11 @@ TEST(SurveyedFloor, TellsOfEachChunkThatHasChanged) {
     EXPECT_TRUE(surveyor.floor.update(map, surveyor.view(map, {})).everything);
     for (int step = 0; step < 5; ++step) {
       const FloorChunks before = surveyor.floor.chunks();
+      Vector2i low(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
       for (int patches = dice.whole(1, 4); patches > 0; --patches) {
-        const Vector2i low(dice.whole(0, map.grid.width), dice.whole(0, map.grid.height));
         fill(map, low, low + Vector2i(dice.whole(0, 8), dice.whole(0, 8)),
              static_cast<Floor>(dice.whole(0, 4)));
+        low = {dice.whole(0, map.grid.width), (low.y() + dice.whole(28, 52)) % map.grid.height};
       }
       const FloorChanges& told = surveyor.floor.update(map, surveyor.view(map, {}));
       EXPECT_FALSE(told.everything);
