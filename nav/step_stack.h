@@ -48,10 +48,8 @@ enum class StackStop : std::uint8_t {
 };
 
 struct StepStackConfig {
-  /// A step may commit when this much of the step under way remains: what is committed then has landed within
-  /// this and three steps: 2.7 s with steps of 0.8 s, 4.5 s with three that go over something.
-  Duration commit_from = seconds(0.30);
-  Duration lead = seconds(0.15);           ///< and must be sent this long before its deadline
+  Duration commit_from = seconds(0.45);    ///< a step may commit when this much of the step under way remains
+  Duration lead = seconds(0.30);           ///< and must be sent this long before its deadline
   Duration margin = seconds(0.02);         ///< for the way to the wire
   Duration max_map_age = seconds(1.0);     ///< a step commits only on a plan this fresh
   Duration status_timeout = seconds(0.1);  ///< a status older than this is no status
