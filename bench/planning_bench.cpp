@@ -289,6 +289,7 @@ void willow(benchmark::State& state) {
     worst_bound = std::max(worst_bound, building.worst_bound());
     state.counters["willow_warm_median_ms"] = building.warm().share(0.5);
     state.counters["willow_warm_worst_ms"] = building.warm().share(1);
+    // The same figure: see above.
     state.counters["willow_warm_worst_2core_ms"] = building.warm().share(1);
     state.counters["willow_came_median_ms"] = building.came().share(0.5);
     state.counters["willow_went_median_ms"] = building.went().share(0.5);

@@ -90,10 +90,10 @@ FloorGrid floor_grid(const VoxelMap& map);
 /// The same of a map with this box.
 FloorGrid floor_grid(const VoxelMapConfig& box);
 
-/// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height, also
-/// where they are low (see FloorProjection). Free: not
-/// blocked, and the floor itself (an occupied voxel at the column's foot) has been seen, so a hole is never
-/// free. Unseen: else. FloorProjection does the same from what has changed.
+/// Projects the map on the floor. Blocked: occupied voxels between floor tolerance and body height; low where
+/// FloorMapConfig::step_over allows. Free: neither, and the floor itself (an occupied voxel at the column's
+/// foot) has been seen, so a hole is never free. Unseen: else. FloorProjection does the same from what has
+/// changed.
 FloorMap floor_map(const VoxelMap& map, const FloorMapConfig& config = {});
 
 /// The area around the start that the operator vouches for.

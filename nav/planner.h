@@ -26,7 +26,7 @@ struct Goal {
   bool near = false;
 };
 
-/// Seconds of walking, by what they are spent on.
+/// Seconds of walking, by what they are spent on; stepping over what is low counts as walking.
 struct PathCost {
   double walking = 0, turning = 0, mode_changes = 0, nearness = 0, unseen = 0;
   double total() const { return walking + turning + mode_changes + nearness + unseen; }
@@ -82,7 +82,7 @@ class Planner {
   /// towards it within the configured budget. Floor outside the map is blocked. Cost of one motion, each term
   /// rounded to a tick: its walking and turning time by the gait, plus, for the cell it leaves, near_price *
   /// max(0, 1 - d / near_range) and unseen_price * share times the time to walk its length straight on (d:
-  /// centre to the centre of the nearest blocked cell).
+  /// centre to the centre of the nearest blocked cell), and gait.over.cost where it is low.
   PlanResult plan(const FloorMap& map, const Pose2& start, const Goal& goal);
 
   const Masks& masks() const;
