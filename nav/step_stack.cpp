@@ -20,7 +20,7 @@ bool StepStack::begin(std::uint8_t session, const hal::Stance& stance) noexcept 
   if (!committed_.at_rest || session > hal::kLastSession || (begun_ && session == committed_.session))
     return false;
   begun_ = true;
-  has_plan_ = due_ = false;
+  has_plan_ = new_plan_ = due_ = false;
   executing_ = kNone;
   first_stance_ = stance;
   committed_.session = session;
@@ -51,7 +51,7 @@ PlanVerdict StepStack::propose(const StepPlan& plan) noexcept {
   const PlanVerdict verdict = check(plan);
   if (verdict == PlanVerdict::kTaken) {
     plan_ = plan;
-    has_plan_ = true;
+    has_plan_ = new_plan_ = true;
     due_ = false;
     ++committed_.taken;
   } else {
@@ -180,7 +180,11 @@ bool StepStack::may_commit(Time now, const hal::WalkStatus& status) noexcept {
     pass_deadline(now);
     return false;
   }
-  return remaining <= config_.commit_from;
+  if (remaining > config_.commit_from) {
+    new_plan_ = false;
+    return false;
+  }
+  return new_plan_ || remaining <= config_.commit_by;
 }
 
 std::optional<hal::NumberedStep> StepStack::due(Time now, const hal::WalkStatus& status) noexcept {

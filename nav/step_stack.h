@@ -48,8 +48,12 @@ enum class StackStop : std::uint8_t {
 };
 
 struct StepStackConfig {
-  Duration commit_from = seconds(0.45);    ///< a step may commit when this much of the step under way remains
-  Duration lead = seconds(0.30);           ///< and must be sent this long before its deadline
+  /// A step may commit when this much of the step under way remains: what is committed then has landed within
+  /// this and three steps, 2.7 s.
+  Duration commit_from = seconds(0.30);
+  /// From then on it waits for the next plan, which is in the making, until this much remains.
+  Duration commit_by = seconds(0.19);
+  Duration lead = seconds(0.15);           ///< it must be sent this long before its deadline
   Duration margin = seconds(0.02);         ///< for the way to the wire
   Duration max_map_age = seconds(1.0);     ///< a step commits only on a plan this fresh
   Duration status_timeout = seconds(0.1);  ///< a status older than this is no status
@@ -90,9 +94,10 @@ struct Committed {
 
 /// At any moment the committed steps are the one under way and the two after it, which the robot needs to
 /// come to rest, or already the third; at rest, up to three. While step k is under way, step k+3 commits; its
-/// deadline is the start of step k+1. Whatever is missed ends the walk after the steps that are committed,
-/// feet as they land. Nothing sent is ever replaced; but a step that the control computer refuses, or does
-/// not walk before it comes to rest, was none.
+/// deadline is the start of step k+1. It commits with a plan just taken, where one comes in time: a plan that
+/// is in the making when a step commits would come too late to be taken. Whatever is missed ends the walk
+/// after the steps that are committed, feet as they land. Nothing sent is ever replaced; but a step that the
+/// control computer refuses, or does not walk before it comes to rest, was none.
 class StepStack {
  public:
   explicit StepStack(const StepStackConfig& config = {}) noexcept : config_(config) {}
@@ -139,6 +144,7 @@ class StepStack {
   StepStackConfig config_;
   Committed committed_;
   bool begun_ = false, has_plan_ = false, due_ = false;
+  bool new_plan_ = false;  ///< taken since the next step may commit
   StepPlan plan_;
   hal::Stance first_stance_;  ///< before step 0
   std::int64_t executing_ = kNone;

@@ -11,6 +11,8 @@ namespace headway::nav {
 
 constexpr std::uint8_t kSession = 3;
 constexpr Duration kStep = std::chrono::milliseconds(800);
+/// Before the next lift-off a step commits no earlier than this, and no later than that.
+constexpr Duration kWindow = std::chrono::milliseconds(300), kLead = std::chrono::milliseconds(150);
 
 /// Tells steps apart: the n-th step ever planned is n millimetres long.
 inline hal::Footstep some_step(std::uint32_t index, int mark) {
@@ -146,8 +148,8 @@ struct Walking {
     if (peer.started > 0) {
       // The newest that can commit now has its deadline at the next lift-off.
       const Duration left = peer.lifted + kStep - now;
-      if (left < std::chrono::milliseconds(300)) complain("committed too late for its deadline");
-      if (left > std::chrono::milliseconds(455)) complain("committed before it had to");
+      if (left < kLead) complain("committed too late for its deadline");
+      if (left > kWindow + std::chrono::milliseconds(5)) complain("committed before it had to");
     }
     if (now - stack_frame > seconds(1)) complain("committed on an old map");
     if (!sends) return;
