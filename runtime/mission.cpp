@@ -29,19 +29,6 @@ std::optional<Eigen::Vector2d> middle_of(const std::vector<Eigen::Vector2i>& cel
   return sum / static_cast<double>(cells.size());
 }
 
-bool same(const Pose2& a, const Pose2& b) {
-  return (a.position() - b.position()).norm() < 1e-6 && std::abs(wrap_angle(a.yaw - b.yaw)) < 1e-6;
-}
-
-bool same(const hal::Stance& a, const hal::Stance& b) {
-  return same(a.left, b.left) && same(a.right, b.right);
-}
-
-bool same(const hal::Footstep& a, const hal::Footstep& b) {
-  return a.foot == b.foot && same(a.landing, b.landing) && a.dz == b.dz && a.duration == b.duration &&
-         a.clear == b.clear;
-}
-
 }  // namespace
 
 const char* name(MissionState state) {
@@ -208,7 +195,8 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     if (threat && !config_.replan) give_up("an obstacle came onto steps that were committed");
     return rest(input);
   }
-  if (walk_ && !follows(committed)) carry_over(committed);
+  if (walk_ && !walk_->fits(committed) && !(walk_->carry_over(committed) && stable(walk_->walk)))
+    walk_.reset();
   if (!walk_ && planned_once_ && !config_.replan) {
     give_up("the walk left the plan, which may not be made again");
     return rest(input);
@@ -221,7 +209,7 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
     return rest(input);
   }
   const Gate gate = walk_ ? check_gate(input) : Gate{};
-  const std::size_t left = walk_ ? walk_->walk.steps.size() - done_steps(committed) : 0;
+  const std::size_t left = walk_ ? walk_->left(committed) : 0;
   look_ = gaze(input, gate);
   if (committed.at_rest && gate.open < std::min(kStepsToStart, std::max<std::size_t>(left, 1)))
     return held_up(input, gate);
@@ -231,12 +219,13 @@ MotionOrder Mission::walk_on(const MissionInput& input) {
   // A plan of no steps, behind a gate that is shut, still takes the place of the last one. A walk that is
   // stopping takes none: the next session goes on from where this one ends.
   if (walk_ && !committed.stopping) order.walk = MotionOrder::Walk::kPlan;
-  order.plan = step_plan(input, gate);
+  if (walk_) order.plan = walk_->next_steps(gate.open, committed);
+  order.plan.newest_frame = input.last_look;
   return order;
 }
 
 Gate Mission::check_gate(const MissionInput& input) const {
-  const std::size_t done = done_steps(input.bus.committed);
+  const std::size_t done = walk_->done(input.bus.committed);
   const auto check = [&](const nav::FloorMap& floor) {
     return gate_.check(walk_->walk, done, floor, on_floor(input.map_from_chest), input.now);
   };
@@ -246,42 +235,6 @@ Gate Mission::check_gate(const MissionInput& input) const {
     gate.open = std::min({gate.open, check(input.mapper.floor()).open,
                           gate_.clear_steps(walk_->walk, done, input.mapper.floor())});
   return gate;
-}
-
-bool Mission::follows(const nav::Committed& committed) const {
-  if (committed.session != walk_->session || committed.next_index < walk_->first_index) return false;
-  const std::size_t done = done_steps(committed);
-  if (done > walk_->walk.steps.size()) return false;
-  if (done == 0) return true;
-  // The same step may have been committed as part of another order.
-  const bool in_orders = !walk_->walk.orders.empty();
-  if (in_orders && committed.part != walk_->walk.orders[done - 1]) return false;
-  return same(walk_->walk.stances[done - 1], committed.stance);
-}
-
-void Mission::carry_over(const nav::Committed& committed) {
-  // The walk ended early, in a stance that the plan knows: the rest of it goes on in the next session, when
-  // it can be walked from rest as well.
-  const auto& stances = walk_->walk.stances;
-  const auto here = std::find_if(stances.begin(), stances.end(),
-                                 [&](const hal::Stance& s) { return same(s, committed.stance); });
-  nav::Walk& walk = walk_->walk;
-  const auto done = here - stances.begin() + 1;
-  // What is left of an order ended with its session.
-  const bool amid_order = here != stances.end() && done < std::ssize(walk.orders) &&
-                          walk.orders[static_cast<std::size_t>(done)].place > 0;
-  if (!committed.at_rest || here == stances.end() || amid_order) {
-    walk_.reset();
-    return;
-  }
-  walk.steps.erase(walk.steps.begin(), walk.steps.begin() + done);
-  walk.bases.erase(walk.bases.begin(), walk.bases.begin() + done);
-  if (done > 0) walk.from = walk.stances[static_cast<std::size_t>(done - 1)];
-  walk.stances.erase(walk.stances.begin(), walk.stances.begin() + done);
-  if (!walk.orders.empty()) walk.orders.erase(walk.orders.begin(), walk.orders.begin() + done);
-  walk_->session = committed.session;
-  walk_->first_index = committed.next_index;
-  if (!stable(walk)) walk_.reset();
 }
 
 double Mission::short_of_goal() const {
@@ -307,13 +260,13 @@ void Mission::plan(const MissionInput& input) {
   last_plan_ = std::move(found);
   ++counters_.plans;
   if (!last_plan_) {
-    if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor)) walk_.reset();
+    if (walk_ && !gate_.clear(walk_->walk, walk_->done(committed), floor)) walk_.reset();
     return;
   }
   if (walk_ && !worth_changing(candidate, committed, floor)) return;
   if (stable(candidate))
     adopt(last_plan_.path, std::move(candidate), committed);
-  else if (walk_ && !gate_.clear(walk_->walk, done_steps(committed), floor))
+  else if (walk_ && !gate_.clear(walk_->walk, walk_->done(committed), floor))
     walk_.reset();
 }
 
@@ -355,7 +308,9 @@ bool Mission::stable(const nav::Walk& candidate) {
 
 bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
                              const nav::FloorMap& floor) const {
-  const std::size_t done = done_steps(committed);
+  const std::size_t done = walk_->done(committed);
+  // It led beside the goal, or drift that was found on the way did, and the robot has come to its end.
+  if (committed.at_rest && done == walk_->walk.steps.size() && !at_goal(committed)) return true;
   if (!gate_.clear(walk_->walk, done, floor)) return true;
   const auto to_go = [&](const nav::Path& path) { return (path.end - goal_->position).norm(); };
   if (goal_->near && to_go(last_plan_.path) + config_.goal_tolerance < to_go(walk_->path)) return true;
@@ -364,33 +319,9 @@ bool Mission::worth_changing(const nav::Walk& candidate, const nav::Committed& c
 }
 
 void Mission::adopt(nav::Path path, nav::Walk walk, const nav::Committed& committed) {
-  if (walk_) {
-    const std::size_t done = done_steps(committed);
-    const std::size_t left = walk_->walk.steps.size() - done;
-    bool changed = left != walk.steps.size();
-    for (std::size_t i = 0; !changed && i < left; ++i)
-      changed = !same(walk_->walk.steps[done + i], walk.steps[i]);
-    if (changed) ++counters_.replans;
-  }
+  if (walk_ && !walk_->goes_on_as(walk, committed)) ++counters_.replans;
   walk_ = CurrentWalk{committed.session, committed.next_index, std::move(path), std::move(walk)};
   planned_once_ = true;
-}
-
-nav::StepPlan Mission::step_plan(const MissionInput& input, const Gate& gate) const {
-  const nav::Committed& committed = input.bus.committed;
-  nav::StepPlan plan;
-  plan.session = committed.session;
-  plan.first_index = committed.next_index;
-  plan.newest_frame = input.last_look;
-  if (!walk_) return plan;
-  const std::size_t done = done_steps(committed), left = walk_->walk.steps.size() - done;
-  plan.count = static_cast<int>(std::min<std::size_t>(gate.open, nav::StepPlan::kMost));
-  plan.complete = static_cast<std::size_t>(plan.count) == left;
-  const auto from = static_cast<std::ptrdiff_t>(done);
-  std::copy_n(walk_->walk.steps.begin() + from, plan.count, plan.steps.begin());
-  plan.in_orders = !walk_->walk.orders.empty();
-  if (plan.in_orders) std::copy_n(walk_->walk.orders.begin() + from, plan.count, plan.orders.begin());
-  return plan;
 }
 
 hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const {
@@ -403,7 +334,7 @@ hal::HeadAngles Mission::gaze(const MissionInput& input, const Gate& gate) const
       (gate.open < 2 * kStepsToStart || (*missing - base.position()).norm() < config_.look_distance)) {
     target = *missing;
   } else if (walk_) {
-    for (std::size_t i = done_steps(input.bus.committed); i < walk_->walk.bases.size(); ++i) {
+    for (std::size_t i = walk_->done(input.bus.committed); i < walk_->walk.bases.size(); ++i) {
       const Pose2& b = walk_->walk.bases[i];
       target = b * Eigen::Vector2d(config_.look_distance / 2, 0);
       if ((b.position() - base.position()).norm() > config_.look_distance / 2) break;
@@ -479,8 +410,8 @@ MotionOrder Mission::look_ahead(const MissionInput& input) {
     return rest(input);
   }
   look_ = tour_.direction();
-  if (walk_ && follows(input.bus.committed)) {
-    const std::size_t left = walk_->walk.steps.size() - done_steps(input.bus.committed);
+  if (walk_ && walk_->fits(input.bus.committed)) {
+    const std::size_t left = walk_->left(input.bus.committed);
     if (check_gate(input).open >= std::min(2 * kStepsToStart, left)) state_ = MissionState::kWalk;
   }
   return rest(input);

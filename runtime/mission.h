@@ -9,6 +9,7 @@
 #include "nav/footsteps.h"
 #include "nav/next_view.h"
 #include "nav/walking/forecast.h"
+#include "runtime/current_walk.h"
 #include "runtime/floor_gate.h"
 #include "runtime/gaze.h"
 #include "runtime/links.h"
@@ -69,14 +70,6 @@ struct MissionInput {
   const Mapper& mapper;
 };
 
-/// The walk that is being followed.
-struct CurrentWalk {
-  std::uint8_t session = 0;
-  std::uint32_t first_index = 0;  ///< number of walk.steps[0]
-  nav::Path path;
-  nav::Walk walk;
-};
-
 struct MissionCounters {
   int plans = 0;    ///< searches
   int replans = 0;  ///< plans that changed steps not yet committed
@@ -121,8 +114,6 @@ class Mission {
   void begin_look_again();
   Tour next_look(const MissionInput& input);
   void plan(const MissionInput& input);
-  bool follows(const nav::Committed& committed) const;
-  void carry_over(const nav::Committed& committed);
   bool worth_changing(const nav::Walk& candidate, const nav::Committed& committed,
                       const nav::FloorMap& floor) const;
   bool threatened(const MissionInput& input) const;
@@ -136,10 +127,6 @@ class Mission {
   void end_second_look(const MissionInput& input);
   void give_up(std::string reason);
   hal::HeadAngles gaze(const MissionInput& input, const Gate& gate) const;
-  std::size_t done_steps(const nav::Committed& committed) const {
-    return committed.next_index - walk_->first_index;
-  }
-  nav::StepPlan step_plan(const MissionInput& input, const Gate& gate) const;
 
   MissionConfig config_;
   WayFinder ways_;

@@ -195,6 +195,25 @@ TEST(Mission, PlansAnewWhenAWalkEndsWhereThePlanDoesNotKnow) {
   EXPECT_NEAR(end.base().y, 0, 0.05);
 }
 
+TEST(Mission, GoesOnFromTheEndOfAWalkThatLedBesideTheGoal) {
+  Bench bench;
+  bench.boxes = {box(3.31, 3.8, -0.5, 0.5, 1.2)};
+  bench.until_walking(kAhead);
+  ASSERT_EQ(bench.order.walk, Walk::kPlan);
+  const double end = bench.mission.walk()->path.end.x();
+  ASSERT_LT(end, 3 - bench.mission_config.goal_tolerance) << "near enough for a plan, not to arrive";
+  while (bench.order.plan.count > 2) {
+    bench.commit(1);
+    bench.frames(1);
+  }
+  bench.boxes.clear();  // it goes away when hardly a step is left
+  bench.frames(30);
+  ASSERT_NEAR(bench.mission.walk()->path.end.x(), end, 1e-9) << "not worth another plan";
+  bench.walk_all();
+  EXPECT_EQ(bench.mission.state(), MissionState::kArrived) << bench.mission.reason();
+  EXPECT_NEAR(bench.bus.committed.stance.base().x, 3, 0.02);
+}
+
 TEST(Mission, GivesUpWhenTheControlComputerReportsAFault) {
   Bench bench;
   bench.until_walking(kAhead);
