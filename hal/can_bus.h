@@ -20,6 +20,18 @@ struct CanFrame {
 
 enum class CanBusState : std::uint8_t { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kGone };
 
+/// What a bus has seen since the program began. All counts only grow.
+struct CanBusStats {
+  CanBusState state = CanBusState::kErrorActive;
+  std::uint8_t transmit_errors = 0, receive_errors = 0;  ///< the controller's counters, where it tells them
+  std::uint64_t sent = 0, received = 0;                  ///< data frames
+  std::uint64_t refused = 0;                             ///< send() found no room, or no bus
+  std::uint64_t lost = 0;                                ///< received frames that nobody took in time
+  std::uint64_t unusable = 0;  ///< what came and was no data frame with an 11-bit identifier
+  std::uint64_t bus_off = 0;   ///< times it went off the bus
+  std::uint64_t gone = 0;      ///< times the adapter or the interface went away
+};
+
 /// Real-time safe: no call blocks, allocates or throws.
 class CanBus {
  public:
@@ -29,6 +41,7 @@ class CanBus {
   /// Fills `into` from the front with frames received since the last call; returns how many.
   virtual std::size_t receive(std::span<CanFrame> into) noexcept = 0;
   virtual CanBusState state() const noexcept = 0;
+  virtual CanBusStats stats() const noexcept { return {.state = state()}; }
 };
 
 /// Something that talks on a bus from within the bus loop. The loop hands every received frame to every node,

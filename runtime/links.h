@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "hal/exchange.h"
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
-#include "runtime/exchange.h"
 
 namespace headway::runtime {
 
@@ -48,11 +48,11 @@ struct HeadSample {
 };
 
 struct Links {
-  NewestSlot<BusReport> report;
-  NewestSlot<MotionOrder> order;
-  BoundedQueue<hal::ChestSample, 256> chest;
-  BoundedQueue<HeadSample, 256> head;
-  BoundedQueue<StepRecord, 256> steps;
+  hal::NewestSlot<BusReport> report;
+  hal::NewestSlot<MotionOrder> order;
+  hal::BoundedQueue<hal::ChestSample, 256> chest;
+  hal::BoundedQueue<HeadSample, 256> head;
+  hal::BoundedQueue<StepRecord, 256> steps;
 };
 
 }  // namespace headway::runtime

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace headway::runtime {
+namespace headway::hal {
 
 /// The newest value that a writer has published; values in between are lost on purpose. Three buffers: one
 /// the writer fills, one the reader reads, one in the middle that changes hands in a single exchange.
@@ -75,4 +75,4 @@ class BoundedQueue {
   std::atomic<std::uint64_t> dropped_{0};
 };
 
-}  // namespace headway::runtime
+}  // namespace headway::hal

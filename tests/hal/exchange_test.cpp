@@ -1,4 +1,4 @@
-#include "runtime/exchange.h"
+#include "hal/exchange.h"
 
 #include <deque>
 #include <thread>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-namespace headway::runtime {
+namespace headway::hal {
 namespace {
 
 TEST(NewestSlot, GivesTheDefaultBeforeTheFirstValue) {
@@ -99,4 +99,4 @@ TEST(BoundedQueue, KeepsTheOrderBetweenTwoThreads) {
 }
 
 }  // namespace
-}  // namespace headway::runtime
+}  // namespace headway::hal
