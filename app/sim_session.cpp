@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "app/loop_configs.h"
+#include "app/simulated_robot.h"
 #include "app/world_map.h"
 #include "hal/error.h"
 #include "hal/on_floor.h"
@@ -62,116 +64,14 @@ nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions&
   return goal;
 }
 
-/// The control computer knows the gait of its robot: it takes the steps that the robot file asks for. What
-/// the body makes of them is another matter.
-void allow(const nav::GaitLimits& gait, sim::ControlComputerConfig& control) {
-  constexpr double kWire = 0.004;  // what a step may gain by rounding [m, rad]
-  sim::StrideLimits& limits = control.limits;
-  limits.forward = std::max(limits.forward, gait.forward + kWire);
-  limits.backward = std::max(limits.backward, gait.backward + kWire);
-  limits.nearest_side = std::min(limits.nearest_side, gait.feet_apart - gait.inward - kWire);
-  limits.farthest_side = std::max(limits.farthest_side, gait.feet_apart + gait.outward + kWire);
-  limits.yaw = std::max(limits.yaw, gait.yaw + kWire);
-  limits.clear = std::max(limits.clear, hal::quantised({{}, {}, 0, {}, gait.over.height}).clear);
-  limits.forward_over = std::max(limits.forward_over, gait.over.forward + kWire);
-  control.walking = nav::walking_config(gait);
-  control.gait = gait;
-}
-
-/// The seed's two lowest bits draw whether strides are longer or shorter, and to which side steps turn.
-void drift(const nav::GaitLimits& gait, double share, std::uint64_t seed, sim::BodyConfig& body) {
-  const bool longer = seed % 2 == 1, left = seed / 2 % 2 == 1;
-  body.stride_scale *= longer ? 1 + share : 1 - share;
-  body.yaw_per_step += (left ? share : -share) * gait.yaw;
-}
-
-/// Legs that reach as far as such steps go. Below the ankles there is nothing of the robot but its feet.
-void let_step_over(const nav::GaitLimits& gait, sim::RobotConfig& config) {
-  constexpr double kLandsOff = 0.02;  // [m]
-  config.body.reach = std::max(config.body.reach, std::hypot(gait.over.forward, gait.feet_apart) + kLandsOff);
-  config.shape.legs_low = config.shape.foot_high;
-}
-
-sim::RobotConfig robot_config(const Robot& robot, const SimOptions& options) {
-  sim::RobotConfig config;
-  config.kinematics = robot.mission.neck;
-  config.kinematics.zero.tilt += options.tilt_error.value_or(robot.simulation.tilt_error);
-  config.feet_apart = robot.mission.gait.feet_apart;
-  config.frame_rate = robot.simulation.frame_rate;
-  config.body = robot.simulation.body;
-  config.body.seed = options.seed;
-  if (options.exact_feet) config.body.landing_sigma = config.body.landing_yaw_sigma = 0;
-  drift(robot.mission.gait, options.drift, options.seed, config.body);
-  config.body.chest.height = robot.chest_height;
-  config.control.chest.height = robot.chest_height;
-  allow(robot.mission.gait, config.control);
-  if (robot.mission.gait.over.height > 0) let_step_over(robot.mission.gait, config);
-  return config;
-}
-
-sim::Lens lens(const vision::CameraIntrinsics& c) {
-  if (c.lens != vision::LensModel::kRadialTangential)
-    throw InputError(
-        "rig: the simulated cameras have radial-tangential lenses, expected a rig with such ones");
-  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
-}
-
-sim::StereoCameraModel stereo_model(const vision::StereoRig& rig, std::uint64_t seed) {
-  sim::StereoCameraModel model;
-  model.left = lens(rig.left);
-  model.right = lens(rig.right);
-  model.right_from_left = rig.right_from_left;
-  model.seed = seed;
-  return model;
-}
-
-/// The rig after rectification, at the size of range mode.
-sim::DepthCameraModel depth_model(const Robot& robot, const vision::RectifiedRig& rig, std::uint64_t seed) {
-  const double scale = static_cast<double>(robot.simulation.depth_image.x()) / rig.camera.width;
-  sim::DepthCameraModel model;
-  model.width = robot.simulation.depth_image.x();
-  model.height = robot.simulation.depth_image.y();
-  model.focal = rig.camera.focal * scale;
-  model.cx = (rig.camera.cx + 0.5) * scale - 0.5;
-  model.cy = (rig.camera.cy + 0.5) * scale - 0.5;
-  model.baseline = rig.baseline;
-  model.nearest = rig.nearest;
-  model.farthest = rig.farthest;
-  model.disparity_sigma = rig.disparity_sigma * scale;  // the same error of depth as at the full size
-  model.seed = seed;
-  return model;
-}
-
-runtime::DepthEyes::Config depth_eyes(const sim::DepthCameraModel& m,
-                                      const Eigen::Isometry3d& left_from_rectified) {
-  runtime::DepthEyes::Config config;
-  config.camera = {m.width, m.height, m.focal, m.cx, m.cy};
-  config.near = m.nearest;
-  config.far = m.farthest;
-  config.sigma = vision::StereoDepthSigma{m.focal * m.baseline, m.disparity_sigma};
-  config.left_from_view = left_from_rectified;
-  return config;
-}
-
-runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
-  runtime::BusLoopConfig config;
-  config.stance = hal::Stance::parallel(start, robot.mission.gait.feet_apart);
-  config.steps = robot.steps;
-  return config;
-}
-
+/// Eyes without a matcher err otherwise.
 runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& options) {
-  runtime::FrameLoopConfig config;
-  config.levelling = robot.levelling;
-  config.localisation = robot.localisation;
+  runtime::FrameLoopConfig config = frame_config(robot, robot.simulation.frame_rate);
   config.localisation.use &= options.localise;
   if (options.range_mode) {
     config.localisation.localise.shift_sigma = robot.simulation.depth_shift_sigma;
     config.localisation.localise.turn_sigma = robot.simulation.depth_turn_sigma;
   }
-  config.neck = robot.mission.neck;
-  config.camera_time_offset = robot.camera_time_offset;
-  config.budget = seconds(1 / robot.simulation.frame_rate);
   return config;
 }
 
@@ -181,20 +81,6 @@ runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& opti
   return config;
 }
 
-drivers::HeadConfig head_config(const Robot& robot) {
-  drivers::HeadConfig config;
-  config.limits = robot.mission.head;
-  return config;
-}
-
-std::optional<std::string> touched(const sim::Scene& scene, const sim::BodyBox& box) {
-  const Eigen::Vector3d x = box.map_from_box.linear().col(0);
-  const sim::Solid part = sim::Solid::box(box.map_from_box.translation(), box.size, std::atan2(x.y(), x.x()));
-  const auto contact = scene.collides(std::span(&part, 1), Pose2{});
-  if (!contact) return std::nullopt;
-  return scene.name_of(static_cast<int>(contact->solid));
-}
-
 }  // namespace
 
 SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOptions& options)
@@ -202,7 +88,7 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
       goal_(goal_of(robot, world, options)),
       options_(options),
       scene_(world),
-      body_(robot_config(robot_, options), world.start),
+      body_(simulated_robot(robot_, options), world.start),
       head_(body_.bus(), head_config(robot_)),
       walker_(body_.bus()),
       links_(std::make_unique<runtime::Links>()),
@@ -239,13 +125,13 @@ runtime::Eyes& SimSession::make_eyes() {
   const vision::Rectifier rectifier(robot_.rig);
   sight_ = {rectifier.camera(), rectifier.rig().baseline, robot_.rig.nearest, robot_.rig.farthest};
   if (options_.range_mode) {
-    const auto model = depth_model(robot_, rectifier.rig(), options_.seed);
+    const auto model = simulated_depth(robot_, rectifier.rig(), options_.seed);
     sight_.camera = {model.width, model.height, model.focal, model.cx, model.cy};
     depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model);
     eyes_ = std::make_unique<runtime::DepthEyes>(
         *depth_camera_, depth_eyes(model, rectifier.rectified_from_left().inverse()));
   } else {
-    const auto model = stereo_model(robot_.rig, options_.seed);
+    const auto model = simulated_pair(robot_.rig, options_.seed);
     stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model);
     auto eyes = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
     stereo_eyes_ = eyes.get();

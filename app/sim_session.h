@@ -12,6 +12,7 @@
 #include "app/precision.h"
 #include "app/reaction_check.h"
 #include "app/robot_file.h"
+#include "app/simulated_robot.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
 #include "runtime/bus_loop.h"
@@ -25,20 +26,13 @@
 
 namespace headway::app {
 
-struct SimOptions {
+struct SimOptions : SimulatedRobotOptions {
   bool range_mode = false;  ///< depth straight from the ray caster instead of two images and a matcher
   bool replan = true;
-  bool localise = true;  ///< false: odometry is taken for the truth, whatever the robot file says
-  /// Odometry that drifts by so much, beside what the robot file says: strides longer or shorter by this
-  /// share, and each step turned too far, left or right, by this share of the widest turn. The seed draws
-  /// which.
-  double drift = 0;
-  bool exact_feet = false;           ///< feet land where they should, and odometry without drift is the truth
-  std::optional<double> tilt_error;  ///< of the head, instead of the robot file's [rad]
-  std::optional<nav::Goal> goal;     ///< instead of the world's
-  bool near = false;                 ///< where no way leads to the goal, as near as it gets will do
-  std::uint64_t seed = 1;            ///< of all noise in the simulated robot
-  Duration longest = seconds(400);   ///< simulated time after which a run is given up
+  bool localise = true;             ///< false: odometry is taken for the truth, whatever the robot file says
+  std::optional<nav::Goal> goal;    ///< instead of the world's
+  bool near = false;                ///< where no way leads to the goal, as near as it gets will do
+  Duration longest = seconds(400);  ///< simulated time after which a run is given up
 };
 
 /// How near the true base must be to the goal (or to the place nearest to it, when that will do) to have

@@ -13,6 +13,8 @@ class Clock {
   virtual Time now() const noexcept = 0;
   /// Returns at `t` or, if that has passed, at once.
   virtual void sleep_until(Time t) noexcept = 0;
+  /// What this clock showed when CLOCK_MONOTONIC showed `stamp`: for the stamps that the kernel gives.
+  virtual Time at_monotonic(Time stamp) const noexcept { return stamp; }
 };
 
 /// CLOCK_MONOTONIC; sleeps by absolute time, so a loop keeps its phase.
@@ -20,6 +22,21 @@ class MonotonicClock final : public Clock {
  public:
   Time now() const noexcept override;
   void sleep_until(Time t) noexcept override;
+};
+
+/// The machine's monotonic clock made slower, alike in all processes of the machine: for one that is too slow
+/// for the real thing, such as an emulated one, or in tests too fast.
+class ScaledClock final : public Clock {
+ public:
+  /// A second of it lasts `slower` seconds, which is positive.
+  explicit ScaledClock(double slower) : slower_(slower) {}
+  Time now() const noexcept override { return at_monotonic(machine_.now()); }
+  void sleep_until(Time t) noexcept override;
+  Time at_monotonic(Time stamp) const noexcept override;
+
+ private:
+  MonotonicClock machine_;
+  double slower_;
 };
 
 /// Stands still until moved. sleep_until() moves it, so single-threaded lockstep runs as fast as it computes.

@@ -36,6 +36,25 @@ TEST(MonotonicClock, ReturnsAtOnceWhenTheTimeHasPassed) {
   EXPECT_LT(clock.now() - before, seconds(60));
 }
 
+TEST(ScaledClock, RunsSlowerThanTheMachinesOwn) {
+  MonotonicClock machine;
+  ScaledClock clock(20);
+  const Time before = machine.now();
+  const Time between = clock.now();
+  const Time after = machine.now();
+  EXPECT_GE(to_seconds(between) * 20, to_seconds(before) - 1e-6);
+  EXPECT_LE(to_seconds(between) * 20, to_seconds(after) + 1e-6);
+  EXPECT_EQ(ManualClock().at_monotonic(before), before);
+  EXPECT_NEAR(to_seconds(clock.at_monotonic(before)), to_seconds(before) / 20, 1e-6);
+}
+
+TEST(ScaledClock, SleepsAtLeastUntilTheTimeAskedFor) {
+  ScaledClock clock(0.01);  // faster
+  const Time until = clock.now() + seconds(0.2);
+  clock.sleep_until(until);
+  EXPECT_GE(clock.now(), until);
+}
+
 RC_GTEST_PROP(Seconds, ComeBackToTheNanosecond, (std::int32_t microseconds)) {
   const double s = microseconds * 1e-6;
   RC_ASSERT(seconds(s) == std::chrono::microseconds(microseconds));

@@ -1,0 +1,73 @@
+#include "app/live_session.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "app/loop_configs.h"
+#include "hal/error.h"
+
+namespace headway::app {
+
+namespace {
+
+Robot with_map(Robot robot, const LiveOptions& options) {
+  const Eigen::Vector2d half = options.floor / 2, at = options.start.position();
+  nav::VoxelMapConfig& box = robot.mapper.voxels;
+  const double margin = robot.map_margin;
+  box.lowest = {at.x() - half.x() - margin, at.y() - half.y() - margin, robot.map_height.x()};
+  box.highest = {at.x() + half.x() + margin, at.y() + half.y() + margin, robot.map_height.y()};
+  box.validate();
+  return robot;
+}
+
+void check(const LiveOptions& options) {
+  if (!options.goal) return;
+  const Eigen::Vector2d off = (options.goal->position - options.start.position()).cwiseAbs();
+  if (off.x() < options.floor.x() / 2 && off.y() < options.floor.y() / 2) return;
+  throw InputError(fmt::format(
+      "--goal: ({:.2f}, {:.2f}) lies outside the floor in use, expected within {:.1f} x {:.1f} m "
+      "around the start; --floor makes it larger",
+      options.goal->position.x(), options.goal->position.y(), options.floor.x(), options.floor.y()));
+}
+
+}  // namespace
+
+LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
+                         runtime::Eyes& eyes, hal::Clock& clock)
+    : robot_(with_map(robot, options)),
+      head_(bus, head_config(robot_)),
+      walker_(bus),
+      links_(std::make_unique<runtime::Links>()),
+      mapper_(robot_.mapper, options.start),
+      mission_(robot_.mission, mapper_.floor().grid),
+      bus_loop_(bus_config(robot_, options.start), bus, head_, walker_, *links_),
+      frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_, clock),
+      loops_({}, clock, bus_loop_, frames_, *links_) {
+  check(options);
+  frames_.observe([this](const runtime::FrameSnapshot& snapshot) { report(snapshot); });
+  if (options.goal) mission_.set_goal(*options.goal);
+}
+
+void LiveSession::report(const runtime::FrameSnapshot& snapshot) {
+  LiveStatus status;
+  status.stamp = snapshot.stamp.exposure;
+  status.state = snapshot.mission.state();
+  const std::string& reason = snapshot.mission.reason();
+  std::copy_n(reason.begin(), std::min(reason.size(), status.reason.size() - 1), status.reason.begin());
+  status.base = snapshot.bus.committed.stance.base();
+  status.head = snapshot.bus.head.health;
+  status.walker = snapshot.bus.walker;
+  status.frames = frames_.counters();
+  status.plans = snapshot.mission.counters().plans;
+  status.replans = snapshot.mission.counters().replans;
+  status_.publish(status);
+}
+
+bool LiveSession::look(LiveStatus& into) {
+  if (!status_.update()) return false;
+  into = status_.value();
+  return true;
+}
+
+}  // namespace headway::app

@@ -1,0 +1,74 @@
+// The whole program on a real clock, with whatever bus and eyes it is given: the robot's own, or those of a
+// simulated one behind real wires.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/robot_file.h"
+#include "drivers/can_walker.h"
+#include "drivers/cia402_head.h"
+#include "hal/exchange.h"
+#include "runtime/bus_loop.h"
+#include "runtime/frame_loop.h"
+#include "runtime/live_loops.h"
+
+namespace headway::app {
+
+struct LiveOptions {
+  Pose2 start;                    ///< where the robot stands in the map that it begins
+  Eigen::Vector2d floor{20, 20};  ///< size of the floor in use around the start [m]
+  std::optional<nav::Goal> goal;
+  double frame_rate = 15;  ///< of the cameras [Hz]
+};
+
+/// How the robot is, as of the frame worked on last; a value that one thread reads.
+struct LiveStatus {
+  Time stamp{};
+  runtime::MissionState state = runtime::MissionState::kStarting;
+  std::array<char, 200> reason{};  ///< why it stopped; ends with 0
+  Pose2 base;                      ///< where it believes to stand or to step to next, in the map
+  hal::HeadHealth head = hal::HeadHealth::kStarting;
+  hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
+  runtime::FrameLoopCounters frames;
+  int plans = 0, replans = 0;
+};
+
+class LiveSession {
+ public:
+  /// Bus, eyes and clock must outlive it. Throws InputError for a start or goal that the floor does not hold.
+  LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus, runtime::Eyes& eyes,
+              hal::Clock& clock);
+
+  void start() { loops_.start(); }
+  /// Brings the robot to rest and ends the loops. True when it rests.
+  bool stop() noexcept { return loops_.stop(); }
+
+  /// True, and `into` filled, when there is news since the last call.
+  bool look(LiveStatus& into);
+  std::optional<std::string> failure() const { return loops_.failure(); }
+  std::string refusal() const { return loops_.refusal(); }
+
+  // Once stopped:
+  const runtime::Mapper& mapper() const { return mapper_; }
+  const runtime::Mission& mission() const { return mission_; }
+  const runtime::FrameLoop& frame_loop() const { return frames_; }
+  const runtime::BusLoop& bus_loop() const { return bus_loop_; }
+
+ private:
+  void report(const runtime::FrameSnapshot& snapshot);
+
+  Robot robot_;
+  drivers::Cia402Head head_;
+  drivers::CanWalker walker_;
+  std::unique_ptr<runtime::Links> links_;
+  runtime::Mapper mapper_;
+  runtime::Mission mission_;
+  runtime::BusLoop bus_loop_;
+  runtime::FrameLoop frames_;
+  hal::NewestSlot<LiveStatus> status_;
+  runtime::LiveLoops loops_;
+};
+
+}  // namespace headway::app

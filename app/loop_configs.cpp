@@ -1,0 +1,28 @@
+#include "app/loop_configs.h"
+
+namespace headway::app {
+
+runtime::BusLoopConfig bus_config(const Robot& robot, const Pose2& start) {
+  runtime::BusLoopConfig config;
+  config.stance = hal::Stance::parallel(start, robot.mission.gait.feet_apart);
+  config.steps = robot.steps;
+  return config;
+}
+
+runtime::FrameLoopConfig frame_config(const Robot& robot, double frame_rate) {
+  runtime::FrameLoopConfig config;
+  config.levelling = robot.levelling;
+  config.localisation = robot.localisation;
+  config.neck = robot.mission.neck;
+  config.camera_time_offset = robot.camera_time_offset;
+  config.budget = seconds(1 / frame_rate);
+  return config;
+}
+
+drivers::HeadConfig head_config(const Robot& robot) {
+  drivers::HeadConfig config;
+  config.limits = robot.mission.head;
+  return config;
+}
+
+}  // namespace headway::app

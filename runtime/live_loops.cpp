@@ -1,0 +1,57 @@
+#include "runtime/live_loops.h"
+
+namespace headway::runtime {
+
+void LiveLoops::start() {
+  bus_thread_ = std::make_unique<Thread>(ThreadId::kBus, [this](const auto& stop) { run_bus(stop); });
+  frame_thread_ = std::make_unique<Thread>(ThreadId::kFrames, [this](const auto& stop) { run_frames(stop); });
+}
+
+/// Cycles at fixed times from the first one: a late cycle does not shift those after it.
+void LiveLoops::run_bus(const std::atomic<bool>& stop) {
+  Time next = clock_.now();
+  std::optional<Time> give_up;
+  while (!(stop && (at_rest_ || (give_up && clock_.now() >= *give_up)))) {
+    clock_.sleep_until(next);
+    const Time now = clock_.now();
+    bus_.cycle(now);
+    at_rest_ = bus_.committed().at_rest;
+    if (stop && !give_up) give_up = now + config_.rest_within;
+    next += config_.period;
+    if (next <= now) next += ((now - next) / config_.period + 1) * config_.period;
+  }
+}
+
+void LiveLoops::run_frames(const std::atomic<bool>& stop) {
+  // However it ends, nothing more is planned.
+  struct Rest {
+    Links& links;
+    ~Rest() {
+      MotionOrder order;
+      order.look = links.report.value().head.target;
+      links.order.publish(order);
+    }
+  } rest{links_};
+  while (!stop) {
+    if (frames_.work(clock_.now()))
+      frames_.publish();
+    else
+      clock_.sleep_until(clock_.now() + config_.look_every);
+  }
+}
+
+bool LiveLoops::stop() noexcept {
+  if (frame_thread_) frame_thread_->stop();
+  if (bus_thread_) bus_thread_->stop();
+  return at_rest_;
+}
+
+std::optional<std::string> LiveLoops::failure() const {
+  for (const auto* thread : {bus_thread_.get(), frame_thread_.get()})
+    if (thread != nullptr && thread->ended() && !thread->failure().empty()) return thread->failure();
+  return std::nullopt;
+}
+
+std::string LiveLoops::refusal() const { return bus_thread_ ? bus_thread_->refusal() : std::string(); }
+
+}  // namespace headway::runtime

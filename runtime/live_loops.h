@@ -1,0 +1,54 @@
+// The loops on a real clock, each on its thread; and how a run ends: the robot at rest before the bus falls
+// silent.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/clock.h"
+#include "runtime/bus_loop.h"
+#include "runtime/frame_loop.h"
+#include "runtime/links.h"
+#include "runtime/threads.h"
+
+namespace headway::runtime {
+
+struct LiveConfig {
+  Duration period = seconds(0.005);      ///< of the bus loop
+  Duration look_every = seconds(0.002);  ///< how often the frame loop looks for a new frame
+  Duration rest_within = seconds(6);  ///< the bus loop goes on for so long at most to bring the robot to rest
+};
+
+/// Once started, `bus` and `frames` belong to the threads until stop() has returned.
+class LiveLoops {
+ public:
+  LiveLoops(const LiveConfig& config, hal::Clock& clock, BusLoop& bus, FrameLoop& frames, Links& links)
+      : config_(config), clock_(clock), bus_(bus), frames_(frames), links_(links) {}
+  /// As stop().
+  ~LiveLoops() { stop(); }
+
+  void start();
+  /// Plans nothing more, lets the robot come to rest, then ends. True when it rests. May be called again.
+  bool stop() noexcept;
+
+  /// A loop has ended by itself: for what reason. The robot is being brought to rest; call stop().
+  std::optional<std::string> failure() const;
+  /// Why the bus loop does not run as urgently as it should; empty when it does.
+  std::string refusal() const;
+
+ private:
+  void run_bus(const std::atomic<bool>& stop);
+  void run_frames(const std::atomic<bool>& stop);
+
+  LiveConfig config_;
+  hal::Clock& clock_;
+  BusLoop& bus_;
+  FrameLoop& frames_;
+  Links& links_;
+  std::unique_ptr<Thread> bus_thread_, frame_thread_;
+  std::atomic<bool> at_rest_{true};
+};
+
+}  // namespace headway::runtime

@@ -1,0 +1,55 @@
+// Every thread of this program: what it does, how urgent it is. Nowhere else is one started.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <thread>
+
+namespace headway::runtime {
+
+struct ThreadKind {
+  const char* name;  ///< as the system shows it; 15 characters at most
+  int priority;      ///< of SCHED_FIFO (sched(7)); 0: shares the processor like any other
+  const char* does;
+};
+
+enum class ThreadId : std::uint8_t { kBus, kUsb, kFrames };
+
+inline constexpr std::array<ThreadKind, 3> kThreads{{
+    {"headway-bus", 70, "the bus cycle: CAN in and out, head set-points, committed steps"},
+    {"headway-usb", 60, "the events of a CAN adapter on USB, and its reopening"},
+    {"headway-frames", 0, "the work between two frames: cameras, map, floor, plan"},
+}};
+constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
+
+/// One of them, running. What is thrown in it ends it, and is kept.
+class Thread {
+ public:
+  /// `body` returns soon after its argument has become true.
+  Thread(ThreadId id, std::function<void(const std::atomic<bool>& stop)> body);
+  /// As stop().
+  ~Thread();
+  Thread(const Thread&) = delete;
+  Thread& operator=(const Thread&) = delete;
+
+  void ask_to_stop() noexcept { stop_ = true; }
+  /// Asks, and waits until it has ended.
+  void stop() noexcept;
+  bool ended() const noexcept { return ended_; }
+  /// What ended it, once ended() is true; empty when nothing went wrong.
+  const std::string& failure() const { return failure_; }
+  /// Why it does not run as urgently as the table says; empty when it does.
+  const std::string& refusal() const { return refusal_; }
+
+ private:
+  void raise_priority(const ThreadKind& kind);
+
+  std::atomic<bool> stop_{false}, ended_{false};
+  std::string failure_, refusal_;
+  std::thread thread_;
+};
+
+}  // namespace headway::runtime

@@ -1,0 +1,136 @@
+// The program on threads and a real clock (a fast one), and the simulated robot moving by the same clock.
+#include "app/live_session.h"
+
+#include <atomic>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "app/node_session.h"
+#include "app/sim_session.h"
+#include "hal/error.h"
+#include "tests/source_dir/source_dir.h"
+
+namespace headway::app {
+namespace {
+
+Robot hrp2() { return read_robot(source_dir() / "config/hrp2/robot.yaml"); }
+
+sim::World empty_room() {
+  sim::World world;
+  world.name = "empty room";
+  world.floor = {{0.5, 0}, {5, 4}};
+  sim::add_room(world, {0.5, 0}, {5, 4}, 2.2, 0);
+  world.start = {-0.8, 0, 0};
+  return world;
+}
+
+/// The robot behind its bus: it moves whenever the bus is looked at, and its pictures cross to the frame
+/// loop.
+class RobotOnBus final : public hal::CanBus, public hal::DepthCamera {
+ public:
+  RobotOnBus(NodeSession& node, const hal::Clock& clock) : node_(node), clock_(clock) {}
+
+  // The bus loop's thread:
+  bool send(const hal::CanFrame& frame) noexcept override { return node_.bus().send(frame); }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    node_.catch_up(clock_.now());
+    hal::DepthFrame frame;
+    if (!blind && node_.depth()->take_newest(frame)) pictures_.publish(frame);
+    return node_.bus().receive(into);
+  }
+  hal::CanBusState state() const noexcept override { return node_.bus().state(); }
+
+  // The frame loop's thread:
+  bool take_newest(hal::DepthFrame& into) override {
+    if (explode) throw Error("the cameras have melted");
+    if (!pictures_.update()) return false;
+    into = pictures_.value();
+    return true;
+  }
+
+  std::atomic<bool> blind{false}, explode{false};
+
+ private:
+  NodeSession& node_;
+  const hal::Clock& clock_;
+  hal::NewestSlot<hal::DepthFrame> pictures_;
+};
+
+struct Bench {
+  explicit Bench(double slower = 0.25) : clock(slower) {}
+  /// Looks at the status until it is so, or that much time has passed.
+  bool until(const std::function<bool(const LiveStatus&)>& so, double longest) {
+    const Time end = clock.now() + seconds(longest);
+    while (clock.now() < end && !so(status)) {
+      session.look(status);
+      clock.sleep_until(clock.now() + seconds(0.05));
+    }
+    return so(status);
+  }
+  bool until(runtime::MissionState state, double longest) {
+    return until([state](const LiveStatus& s) { return s.state == state; }, longest);
+  }
+  bool until_under_way() {
+    return until(
+        [](const LiveStatus& s) { return s.state == runtime::MissionState::kWalk && s.base.x > -0.5; }, 90);
+  }
+  void expect_rest_on_the_way() const {
+    EXPECT_FALSE(node.body().fallen());
+    EXPECT_TRUE(session.bus_loop().committed().at_rest);
+    EXPECT_LT(node.body().stance().base().x, 0.5);
+    EXPECT_GT(node.body().stance().base().x, -0.8);
+  }
+
+  hal::ScaledClock clock;
+  Robot robot = hrp2();
+  NodeSession node{robot, empty_room(), {}, true, clock.now()};
+  RobotOnBus wires{node, clock};
+  runtime::DepthEyes eyes{wires, node.depth_eyes()};
+  LiveSession session{
+      robot,
+      {.start = {-0.8, 0, 0}, .floor = {8, 8}, .goal = nav::Goal{{0.7, 0.1}, {}}, .frame_rate = 10},
+      wires,
+      eyes,
+      clock};
+  LiveStatus status;
+};
+
+TEST(LiveSessionSlow, WalksTheSimulatedRobotToItsGoalOnTwoThreads) {
+  Bench bench;
+  bench.session.start();
+  EXPECT_TRUE(bench.until(runtime::MissionState::kArrived, 120)) << bench.status.reason.data();
+  EXPECT_TRUE(bench.session.stop());
+  EXPECT_FALSE(bench.session.failure());
+  EXPECT_FALSE(bench.node.body().collision());
+  const Eigen::Vector2d end = bench.node.body().stance().base().position();
+  EXPECT_LT((end - Eigen::Vector2d(0.7, 0.1)).norm(), kArrivedWithin);
+}
+
+TEST(LiveSessionSlow, ComesToRestBeforeItEnds) {
+  Bench bench;
+  bench.session.start();
+  ASSERT_TRUE(bench.until_under_way());
+  EXPECT_TRUE(bench.session.stop());
+  bench.expect_rest_on_the_way();
+}
+
+TEST(LiveSessionSlow, ComesToRestWhenTheFrameLoopBreaks) {
+  Bench bench;
+  bench.session.start();
+  ASSERT_TRUE(bench.until_under_way());
+  bench.wires.explode = true;
+  while (!bench.session.failure()) bench.clock.sleep_until(bench.clock.now() + seconds(0.05));
+  EXPECT_EQ(*bench.session.failure(), "the cameras have melted");
+  EXPECT_TRUE(bench.session.stop());
+  bench.expect_rest_on_the_way();
+}
+
+TEST(LiveSession, RefusesAGoalBeyondTheFloorInUse) {
+  Bench bench;
+  const LiveOptions far{.start = {}, .floor = {8, 8}, .goal = nav::Goal{{4.5, 0}, {}}, .frame_rate = 10};
+  EXPECT_THROW(LiveSession(bench.robot, far, bench.wires, bench.eyes, bench.clock), InputError);
+}
+
+}  // namespace
+}  // namespace headway::app
