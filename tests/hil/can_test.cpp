@@ -140,10 +140,9 @@ TEST_F(CanOnAKernel, HearsWhatCansendSendsAndWhen) {
 }
 
 TEST_F(CanOnAKernel, HearsThousandsOfFramesInOrder) {
-  constexpr std::size_t kFrames = 5000;
+  constexpr std::size_t kFrames = 2000;
   SocketCanBus bus({.interface = interface()}, clock_);
-  Process peer(
-      {"cangen", interface(), "-g", "1", "-I", "i", "-L", "i", "-D", "i", "-n", std::to_string(kFrames)});
+  Process peer({"cangen", interface(), "-g", "1", "-I", "i", "-L", "i", "-n", std::to_string(kFrames)});
   const auto frames = receive(bus, kFrames);
   ASSERT_EQ(frames.size(), kFrames) << bus.stats().lost << " were lost";
   for (std::size_t i = 1; i < frames.size(); ++i) {
@@ -260,7 +259,7 @@ TEST_F(CanOnAKernel, ComesBackUnderAnotherIndex) {
   hal::ManualClock clock;
   clock.set(clock_.now());
   SocketCanBus bus({.interface = interface(), .identifiers = {0x130}}, clock);
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 4; ++i) {
     const unsigned before = if_nametoindex(interface().c_str());
     ip_link({"del", interface()});
     if (i % 2 == 0)
@@ -279,7 +278,7 @@ TEST_F(CanOnAKernel, ComesBackUnderAnotherIndex) {
     EXPECT_EQ(drain(bus).size(), 1u);
     EXPECT_TRUE(bus.send({.id = 1}));
   }
-  EXPECT_EQ(bus.stats().gone, 10u);
+  EXPECT_EQ(bus.stats().gone, 4u);
 }
 
 TEST_F(CanOnAKernel, SaysWhatIsWrongWithAnInterface) {
@@ -292,6 +291,7 @@ TEST_F(CanOnAKernel, SaysWhatIsWrongWithAnInterface) {
     return "no fault";
   };
   EXPECT_NE(fault_of("nocan7").find("there is no such interface"), std::string::npos);
+  ip_link({"set", "lo", "up"});
   EXPECT_NE(fault_of("lo").find("is no CAN interface"), std::string::npos);
   ip_link({"set", interface(), "down"});
   EXPECT_NE(fault_of(interface()).find("is down"), std::string::npos);
