@@ -26,6 +26,8 @@ class UsbipPort {
   void stall(std::uint8_t endpoint);
 
   int descriptor() const { return socket_.number(); }  ///< for poll(); -1 while unplugged
+  /// Whether the kernel waits for bulk data that the device does not have yet.
+  bool is_waiting() const { return !waiting_.empty(); }
   /// Answers one message of the kernel; call it when descriptor() has something to read.
   void answer_message();
   /// Hands over what the device has to send. Call it after anything that the device was told.
