@@ -32,6 +32,12 @@ wait_for() {
   fail "waited in vain for $what"
 }
 
+# expect_end_of PROCESS: a child that must end by itself, with whatever status.
+expect_end_of() {
+  has_ended() { ! kill -0 "$1" 2>/dev/null; }
+  wait_for "process $1 to end" has_ended "$1"
+}
+
 # run_tests PROGRAM: a program of tests from the host's build folder. A test that skips itself proves nothing here.
 run_tests() {
   local program=$1

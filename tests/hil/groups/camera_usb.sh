@@ -28,7 +28,7 @@ tell() {
 }
 
 there() { [[ -c $video ]]; }
-gone() { [[ ! -e $video ]]; }
+gone() { [[ ! -e /sys/bus/usb/devices/1-1 ]]; }
 
 # film COUNT [V4L2-CTL OPTION...]: reads so many frames and compares them with those given.
 film() {
@@ -39,18 +39,12 @@ film() {
   tests/hil/given_frames compare "$given" /tmp/read "$size" "$count"
 }
 
-# A stream without end into /tmp/endless, until it fails or is ended.
+# A stream without end, until it fails or is ended.
 begin_stream() {
   rm -f /tmp/endless
-  timeout 60 v4l2-ctl -d "$video" --stream-mmap --stream-to=/tmp/endless 2>/tmp/stream &
+  v4l2-ctl -d "$video" --stream-mmap --stream-to=/tmp/endless 2>/dev/null &
   stream=$!
   wait_for "a frame" test -s /tmp/endless
-}
-
-expect_end_of_stream() {
-  local status=0
-  wait "$stream" || status=$?
-  ((status != 124)) || fail "the stream went on for 60 s"
 }
 
 control() {
@@ -88,13 +82,18 @@ begin_stream
 tell stall 0x81
 wait_for "the kernel to hear of the stall" eval 'dmesg | grep -q "Non-zero status (-32) in video"'
 kill "$stream"
+expect_end_of "$stream"
 film 8
 
 say "a camera that is pulled out is gone; plugged in again, it films"
 begin_stream
+# Held until the kernel has cleared up: a file closed in that moment can bring it down (uvcvideo of Linux 6.1).
+kill -STOP "$stream"
 tell unplug
-expect_end_of_stream
 wait_for "the kernel to miss the camera" gone
+kill -CONT "$stream"
+expect_end_of "$stream"
+[[ ! -e $video ]] || fail "$video is still there"
 tell plug
 wait_for "the kernel to find the camera" there
 film 8

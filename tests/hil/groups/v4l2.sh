@@ -20,13 +20,11 @@ v4l2-ctl -d /dev/video0 --set-fmt-video width=640,height=480,pixelformat=YUYV --
 expect_equal "$(stat -c %s /tmp/frames)" $((3 * 640 * 480 * 2))
 
 say "a stream ends when its camera is pulled out"
-timeout 60 v4l2-ctl -d /dev/video0 --stream-mmap --stream-to=/tmp/endless 2>/dev/null &
+v4l2-ctl -d /dev/video0 --stream-mmap --stream-to=/tmp/endless 2>/dev/null &
 stream=$!
 wait_for "a frame" test -s /tmp/endless
 v4l2-ctl -d /dev/video0 -c disconnect=1
-status=0
-wait "$stream" || status=$?
-((status != 124)) || fail "it went on for 60 s"
+expect_end_of "$stream"
 
 export HEADWAY_VIDEO=/dev/video0
 run_each_test hil_v4l2_tests fresh_camera
