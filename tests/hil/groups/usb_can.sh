@@ -68,6 +68,17 @@ expect_equal "$(wc -l </tmp/got)" 1000
 python3 -c 'for i in range(1000): print(i.to_bytes(8, "little").hex().upper())' >/tmp/expected
 cmp /tmp/got /tmp/expected
 
+say "answers that come late are heard, and wrong ones noticed"
+tell hold
+cansend can0 123#01
+expect_equal "$(hear 2 tell release)" $'123#01\n124#01'
+tell next overflow
+tell frame 123 01
+wait_for "the kernel to count an overflow" grep -qx 1 /sys/class/net/can0/statistics/rx_over_errors
+tell next echo
+cansend can0 123#01
+wait_for "the kernel to notice an echo of nothing" eval 'dmesg | grep -q "echo id"'
+
 say "the kernel hears of the bus's state"
 for state in WARNING PASSIVE; do
   tell "state ${state,,}"
