@@ -98,7 +98,7 @@ int run(int argc, char** argv) {
 
   const hal::MonotonicClock clock;
   EmulatedGsUsb adapter(serial, clock);
-  UsbipPort port(adapter, port_number);
+  UsbipPort port(adapter, attach_to_kernel(port_number));
   CommandPipe commands(pipe);
   run_usb_program(
       port, commands, [&](const Command& command) { return obey(adapter, command); }, [] { return -1; });

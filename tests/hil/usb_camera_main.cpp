@@ -89,7 +89,7 @@ int run(int argc, char** argv) {
   FrameFile file(frames, config.frame_size());
   EmulatedUvc camera(
       config, [&] { return file.next(); }, clock);
-  UsbipPort port(camera, port_number);
+  UsbipPort port(camera, attach_to_kernel(port_number));
   CommandPipe commands(pipe);
   run_usb_program(
       port, commands, [&](const Command& command) { return obey(camera, command); },

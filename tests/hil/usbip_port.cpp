@@ -42,38 +42,44 @@ Bytes answer_header(std::uint32_t command, std::uint32_t sequence, std::int32_t 
 }
 
 // 0, or the error's number.
-int attach(const FileDescriptor& file, unsigned port, int socket, UsbSpeed speed) {
-  const std::string text = fmt::format("{} {} {} {}", port, socket, port + 1, static_cast<int>(speed));
+int write_line(const FileDescriptor& file, const std::string& text) {
   const ssize_t written = ::write(file.number(), text.data(), text.size());
   return written == static_cast<ssize_t>(text.size()) ? 0 : errno;
 }
 
-}  // namespace
-
-void UsbipPort::plug() {
-  if (socket_) return;
+void attach_at(unsigned number, int socket, UsbSpeed speed) {
   const FileDescriptor file(::open(kAttachFile, O_WRONLY | O_CLOEXEC));
   if (!file) {
     throw Error(fmt::format("{}: {}; expected a virtual USB host: modprobe vhci-hcd, and be root",
                             kAttachFile, std::strerror(errno)));
   }
+  const std::string line = fmt::format("{} {} {} {}", number, socket, number + 1, static_cast<int>(speed));
+  int error = EBUSY;
+  for (int tries = 0; tries < 100 && error == EBUSY; ++tries) {
+    error = write_line(file, line);
+    if (error == EBUSY) ::poll(nullptr, 0, 50);
+  }
+  if (error != 0) {
+    throw Error(fmt::format("{}: port {}: {}; expected a free port, 0 to 7", kAttachFile, number,
+                            std::strerror(error)));
+  }
+}
+
+}  // namespace
+
+Attach attach_to_kernel(unsigned number) {
+  return [number](int socket, UsbSpeed speed) { attach_at(number, socket, speed); };
+}
+
+void UsbipPort::plug() {
+  if (socket_) return;
   std::array<int, 2> pair{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0) {
     throw Error(fmt::format("socketpair: {}", std::strerror(errno)));
   }
   FileDescriptor ours(pair[0]);
-  const FileDescriptor kernels(pair[1]);
-
-  // The port is busy until the kernel has taken leave of what was plugged in before.
-  int error = EBUSY;
-  for (int tries = 0; tries < 100 && error == EBUSY; ++tries) {
-    error = attach(file, number_, kernels.number(), device_.description().speed);
-    if (error == EBUSY) ::poll(nullptr, 0, 50);
-  }
-  if (error != 0) {
-    throw Error(fmt::format("{}: port {}: {}; expected a free port, 0 to 7", kAttachFile, number_,
-                            std::strerror(error)));
-  }
+  const FileDescriptor theirs(pair[1]);
+  attach_(theirs.number(), device_.description().speed);
   device_.power_on();
   socket_ = std::move(ours);
 }

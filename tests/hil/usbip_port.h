@@ -4,6 +4,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <set>
 
 #include "tests/hil/file_descriptor.h"
@@ -11,13 +12,19 @@
 
 namespace headway::hil {
 
+/// Gives the other side the socket of a device that is being plugged in; it keeps a duplicate.
+using Attach = std::function<void(int socket, UsbSpeed speed)>;
+
+/// Port `number` of the kernel, 0..7. Needs modprobe vhci-hcd, and root. Attaching waits up to 5 s for the
+/// kernel to be done with what was plugged in before; throws Error where it takes no device.
+Attach attach_to_kernel(unsigned number);
+
 class UsbipPort {
  public:
-  /// `number` 0..7: the controller's port. The device must outlive this. Needs modprobe vhci-hcd, and root.
-  UsbipPort(UsbDevice& device, unsigned number) : device_(device), number_(number) {}
+  /// The device must outlive this.
+  UsbipPort(UsbDevice& device, Attach attach) : device_(device), attach_(std::move(attach)) {}
 
-  /// Plugs the device in; does nothing if it is. Waits up to 5 s for the kernel to be done with it after
-  /// unplug(). Throws Error where the kernel takes no device.
+  /// Plugs the device in; does nothing if it is. Throws what Attach throws.
   void plug();
   void unplug();
 
@@ -54,7 +61,7 @@ class UsbipPort {
   void finish(const Transfer& transfer, std::int32_t status, ByteSpan data = {});
 
   UsbDevice& device_;
-  unsigned number_;
+  Attach attach_;
   FileDescriptor socket_;
   std::deque<Transfer> waiting_;  ///< bulk transfers to the host that the device has nothing for yet
   std::set<std::uint8_t> stalled_;
