@@ -69,7 +69,7 @@ PHRASES = [
     (r"\b(system|steady|high_resolution)_clock\b|\b(clock_gettime|gettimeofday|usleep|nanosleep)\b|\bsleep_(for)\b"
      r"|\bMonotonicClock\b|(?<![\w.>])time\s*\(\s*(NULL|nullptr|0|&\w+)\s*\)",
      ["hal", "config", "vision", "nav", "drivers", "sim_hal"],
-     "reads a clock; time comes in as an argument or through hal::Clock", ["hal/clock.*"]),
+     "reads a clock; time comes in as an argument or through hal::Clock", ["hal/clock.*", "hal/wall_clock.*"]),
     (r"(::|\.|->)\s*now\s*\(", ["config", "vision", "nav"],
      "asks what time it is; time comes in as an argument", []),
     (r"\bstd\s*::\s*random_device\b|\b(std\s*::\s*|(?<![\w:.>]))s?rand\s*\(|\bdrand48\b",

@@ -1,0 +1,51 @@
+#include "app/can_transport.h"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "config/yaml_limits.h"
+#include "drivers/slcan_bus.h"
+#include "drivers/socketcan_bus.h"
+#include "hal/error.h"
+
+namespace headway::app {
+
+namespace {
+
+CanTransport open_socketcan(const std::string& interface, hal::Clock& clock) {
+  return {std::make_unique<drivers::SocketCanBus>(drivers::SocketCanConfig{.interface = interface}, clock),
+          {}};
+}
+
+CanTransport open_slcan(const std::string& tty, hal::Clock& clock) {
+  auto bus = std::make_unique<drivers::SlcanBus>(drivers::SlcanConfig{.path = tty}, clock);
+  drivers::SlcanBus& serving = *bus;
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+}
+
+struct Kind {
+  std::string_view prefix, example;
+  CanTransport (*open)(const std::string&, hal::Clock&);
+};
+constexpr std::array kKinds{Kind{"socketcan:", "socketcan:can0", open_socketcan},
+                            Kind{"slcan:", "slcan:/dev/ttyACM0", open_slcan}};
+
+}  // namespace
+
+std::string can_transports() {
+  std::string all;
+  for (const Kind& kind : kKinds) all += fmt::format("{}{}", all.empty() ? "" : " or ", kind.example);
+  return all;
+}
+
+CanTransport open_can_transport(const std::string& name, hal::Clock& clock) {
+  for (const Kind& kind : kKinds)
+    if (name.starts_with(kind.prefix)) return kind.open(name.substr(kind.prefix.size()), clock);
+  throw InputError(fmt::format("'{}' is no CAN transport, expected one like {}", config::one_line(name),
+                               can_transports()));
+}
+
+}  // namespace headway::app

@@ -1,0 +1,27 @@
+// A CAN bus by the name that people give it, on the command line and in a robot's file.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hal/can_bus.h"
+#include "hal/clock.h"
+
+namespace headway::app {
+
+struct CanTransport {
+  std::unique_ptr<hal::CanBus> bus;
+  /// What a thread that may wait must call over and over, saying how long it may take at most: it brings a
+  /// lost adapter back. Empty where the bus needs none. Not to be called when the bus is no more.
+  std::function<void(Duration)> serve;
+};
+
+/// What open_can_transport() knows, for help texts.
+std::string can_transports();
+
+/// Opens `socketcan:INTERFACE` or `slcan:TTY`. Throws InputError where the name is neither, and as the driver
+/// does where what it names cannot be opened. The clock must outlive the bus.
+CanTransport open_can_transport(const std::string& name, hal::Clock& clock);
+
+}  // namespace headway::app

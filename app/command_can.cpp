@@ -1,0 +1,232 @@
+// headway can dump: what travels on the robot's bus, in words.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "app/can_decoder.h"
+#include "app/can_transport.h"
+#include "app/candump_log.h"
+#include "app/commands.h"
+#include "app/finite_range.h"
+#include "app/report.h"
+#include "hal/clock.h"
+#include "hal/error.h"
+
+namespace headway::app {
+
+namespace {
+
+struct DumpOptions {
+  std::string bus, log;
+  bool json = false;
+  std::optional<std::uint64_t> count;  ///< frames
+  std::optional<double> seconds;       ///< of a bus
+};
+
+constexpr Duration kPause = std::chrono::milliseconds(5);  ///< between two looks at a bus
+
+std::string hex_of(const hal::CanFrame& frame, std::string_view between) {
+  return fmt::format("{:02X}", fmt::join(frame.data.begin(), frame.data.begin() + frame.dlc, between));
+}
+
+std::string id_of(const LoggedFrame& f) {
+  return f.kind == LoggedFrame::Kind::kData || (f.kind == LoggedFrame::Kind::kRemote && f.frame.id <= 0x7FF)
+             ? fmt::format("{:03X}", f.frame.id)
+             : fmt::format("{:08X}", f.frame.id);
+}
+
+/// What is not a data frame with an 11-bit identifier, in a word.
+const char* kind_of(const LoggedFrame& f) {
+  switch (f.kind) {
+    case LoggedFrame::Kind::kExtended:
+      return "29-bit identifier";
+    case LoggedFrame::Kind::kRemote:
+      return "remote request";
+    case LoggedFrame::Kind::kError:
+      return "error frame";
+    case LoggedFrame::Kind::kData:
+      break;
+  }
+  return nullptr;
+}
+
+/// "TPDO1 of node 0x11"; empty where CANopen knows no such identifier.
+std::string text_of(const CanopenPlace& place) {
+  return place.node == 0 ? std::string(place.function)
+                         : fmt::format("{} of node {:#04x}", place.function, place.node);
+}
+
+std::string text_of(const DecodedFrame& decoded) {
+  std::string text(decoded.name.empty() ? "unknown" : decoded.name);
+  if (!decoded.canopen.function.empty()) text += fmt::format(" ({})", text_of(decoded.canopen));
+  if (decoded.check) text += fmt::format(" [{}]", name_of(*decoded.check));
+  if (!decoded.name.empty() && !decoded.declared) text += " [not as the contract declares]";
+  for (const SignalValue& s : decoded.signals)
+    text += fmt::format("  {} {:.13g}{}{}", s.name, s.value, s.unit.empty() ? "" : " ", s.unit);
+  return text;
+}
+
+Json json_of(const DecodedFrame& decoded) {
+  Json json = Json::object();
+  if (!decoded.canopen.function.empty()) json["function"] = decoded.canopen.function;
+  if (decoded.canopen.node != 0) json["node"] = decoded.canopen.node;
+  if (decoded.name.empty()) return json;
+  json["name"] = decoded.name;
+  if (decoded.check) json["check"] = name_of(*decoded.check);
+  json["declared"] = decoded.declared;
+  for (const SignalValue& s : decoded.signals) {
+    Json& signal = json["signals"][std::string(s.name)];
+    signal["value"] = s.value;
+    if (!s.unit.empty()) signal["unit"] = s.unit;
+  }
+  return json;
+}
+
+/// One line for each frame.
+class Printer {
+ public:
+  explicit Printer(bool json) : json_(json) {}
+
+  void print(const LoggedFrame& f) {
+    const bool known = f.kind == LoggedFrame::Kind::kData;
+    if (!known) ++strange_;
+    const DecodedFrame decoded = known ? decoder_.decode(f.frame) : DecodedFrame{};
+    const std::string stamp = fmt::format("{}.{:06}", f.stamp / std::chrono::seconds(1),
+                                          f.stamp % std::chrono::seconds(1) / std::chrono::microseconds(1));
+    if (!json_) {
+      fmt::print("({:0>17})  {}  {}  [{}]  {:<23}  {}\n", stamp, f.bus, id_of(f), f.frame.dlc,
+                 hex_of(f.frame, " "), known ? text_of(decoded) : kind_of(f));
+      return;
+    }
+    Json line{{"stamp", std::chrono::duration<double>(f.stamp).count()},
+              {"bus", f.bus},
+              {"id", f.frame.id},
+              {"length", f.frame.dlc},
+              {"data", hex_of(f.frame, "")}};
+    if (known)
+      line.update(json_of(decoded));
+    else
+      line["kind"] = kind_of(f);
+    fmt::print("{}\n", line.dump());
+  }
+
+  std::uint64_t printed() const { return decoder_.counts().frames + strange_; }
+
+  /// On stderr, so that it is in no pipe's way.
+  void sum_up() const {
+    const DecodedCounts c = decoder_.counts();
+    fmt::print(stderr,
+               "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
+               "sequence, {} lost by "
+               "their counters, {} of other kinds\n",
+               printed(), c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost,
+               strange_);
+  }
+
+ private:
+  bool json_;
+  CanDecoder decoder_;
+  std::uint64_t strange_ = 0;
+};
+
+const char* name_of(hal::CanBusState state) {
+  switch (state) {
+    case hal::CanBusState::kErrorActive:
+      return "error-active: all is well";
+    case hal::CanBusState::kErrorWarning:
+      return "error-warning";
+    case hal::CanBusState::kErrorPassive:
+      return "error-passive";
+    case hal::CanBusState::kBusOff:
+      return "off the bus";
+    case hal::CanBusState::kGone:
+      return "gone";
+  }
+  return "";
+}
+
+void dump_log(const DumpOptions& options, Printer& printer) {
+  CandumpLog log(options.log);
+  while (printer.printed() < options.count.value_or(UINT64_MAX)) {
+    const auto frame = log.next();
+    if (!frame) return;
+    printer.print(*frame);
+  }
+}
+
+void dump_bus(const DumpOptions& options, Printer& printer) {
+  hal::MonotonicClock clock;
+  const CanTransport transport = open_can_transport(options.bus, clock);
+  const std::string name = options.bus.substr(options.bus.find(':') + 1);
+  const std::uint64_t most = options.count.value_or(UINT64_MAX);
+  const std::optional<Time> end =
+      options.seconds ? std::optional(clock.now() + seconds(*options.seconds)) : std::nullopt;
+  hal::CanBusState told = hal::CanBusState::kErrorActive;
+  while (printer.printed() < most && (!end || clock.now() < *end)) {
+    std::array<hal::CanFrame, 64> frames;
+    const std::size_t room = std::min<std::uint64_t>(frames.size(), most - printer.printed());
+    const std::size_t received = transport.bus->receive(std::span(frames).first(room));
+    for (const hal::CanFrame& frame : std::span(frames).first(received))
+      printer.print({LoggedFrame::Kind::kData, name, frame.stamp.time_since_epoch(), frame});
+    if (transport.bus->state() != told) {
+      told = transport.bus->state();
+      fmt::print(stderr, "{}: {}\n", options.bus, name_of(told));
+    }
+    if (received == room) continue;
+    std::fflush(stdout);
+    transport.serve ? transport.serve(kPause) : clock.sleep_until(clock.now() + kPause);
+  }
+  const hal::CanBusStats stats = transport.bus->stats();
+  fmt::print(stderr,
+             "{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
+             options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
+}
+
+int dump(const DumpOptions& options) {
+  if (options.bus.empty() == options.log.empty())
+    throw InputError(fmt::format("can dump: expected either --bus ({}) or --log FILE", can_transports()));
+  if (options.seconds && !options.log.empty())
+    throw InputError("can dump: --seconds is for a bus; a log ends by itself, or after --count frames");
+  Printer printer(options.json);
+  options.log.empty() ? dump_bus(options, printer) : dump_log(options, printer);
+  printer.sum_up();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_can(CLI::App& app, Run& run) {
+  auto options = std::make_shared<DumpOptions>();
+  CLI::App* can = app.add_subcommand("can", "Shows what travels on the robot's CAN bus.");
+  can->require_subcommand(1);
+  CLI::App* command = can->add_subcommand("dump", "Prints each frame with its name and values.");
+  command->footer(
+      "One line for each frame, as candump prints it, then its name in the contract (docs/bus.md), its "
+      "function and\n"
+      "node in CANopen, what counter and CRC say of it, and its values with their units.\n"
+      "  headway can dump --bus socketcan:can0 --seconds 10\n"
+      "  headway can dump --log walk.log --json\n"
+      "Without --count and --seconds a bus is shown until Ctrl-C. It only listens, but an slcan adapter is "
+      "told to go\n"
+      "on the bus at 500 kbit/s. How many frames may not be used is told at the end, on stderr.");
+  command->add_option("--bus", options->bus, fmt::format("The bus: {}", can_transports()))
+      ->type_name("TRANSPORT");
+  command->add_option("--log", options->log, "A log that candump -l wrote, in place of a bus")
+      ->type_name("FILE");
+  command->add_option("--count", options->count, "Ends after so many frames")
+      ->check(seed_number())
+      ->type_name("N");
+  command->add_option("--seconds", options->seconds, "Ends after so long")
+      ->check(finite_in(0.001, 1e6))
+      ->type_name("S");
+  command->add_flag("--json", options->json, "One JSON object for each frame");
+  command->callback([options, &run] { run = [options] { return dump(*options); }; });
+}
+
+}  // namespace headway::app

@@ -1,0 +1,105 @@
+#!/usr/bin/env bash
+# A USB camera end to end: the kernel's own uvcvideo serves what an emulated camera films, byte for byte.
+set -euo pipefail
+source tests/hil/guest.sh
+modprobe -a vhci-hcd uvcvideo
+
+commands=/tmp/camera given=/tmp/given video=/dev/video0
+
+# start_camera FORMAT BYTES_PER_PIXEL: it films 16 frames of random bytes, over and over.
+start_camera() {
+  size=$((320 * 240 * $2))
+  tests/hil/given_frames make "$given" 16 "$size" 1
+  "$build/hil_usb_camera" --frames "$given" --size 320 240 --format "$1" --commands "$commands" >/tmp/camera_log 2>&1 &
+  camera=$!
+  wait_for "the kernel to find the camera" there
+}
+
+end_camera() {
+  kill "$camera"
+  wait "$camera"
+  rm "$commands"
+  if grep 'unknown command' /tmp/camera_log; then fail "the camera was told what it does not know"; fi
+  wait_for "the kernel to miss the camera" gone
+}
+
+tell() {
+  echo "$*" >"$commands"
+}
+
+there() { [[ -c $video ]]; }
+gone() { [[ ! -e /sys/bus/usb/devices/1-1 ]]; }
+
+# film COUNT [V4L2-CTL OPTION...]: reads so many frames and compares them with those given.
+film() {
+  local count=$1
+  shift
+  timeout 60 v4l2-ctl -d "$video" "$@" --stream-mmap --stream-count="$count" --stream-to=/tmp/read 2>/tmp/stream ||
+    fail "no $count frames: $(tail -n 1 /tmp/stream)"
+  tests/hil/given_frames compare "$given" /tmp/read "$size" "$count"
+}
+
+# A stream without end, until it fails or is ended.
+begin_stream() {
+  rm -f /tmp/endless
+  v4l2-ctl -d "$video" --stream-mmap --stream-to=/tmp/endless 2>/dev/null &
+  stream=$!
+  wait_for "a frame" test -s /tmp/endless
+}
+
+control() {
+  v4l2-ctl -d "$video" -C "$1" | awk '{ print $2 }'
+}
+
+say "grey frames are read as they were given"
+start_camera grey 1
+wait_for "the camera's name by its port" test -e /dev/v4l/by-path/platform-vhci_hcd.0-usb-0:1:1.0-video-index0
+expect_equal "$(v4l2-ctl -d "$video" --list-formats-ext | awk '/\[0\]|Size/')" \
+  $'\t[0]: \'GREY\' (8-bit Greyscale)\n\t\tSize: Discrete 320x240'
+film 24
+
+say "at another rate too"
+film 8 -p 5
+expect_equal "$(v4l2-ctl -d "$video" -P | awk '/Frames per second/ { print $4 }')" 5.000
+
+say "controls are read back as they were set"
+v4l2-ctl -d "$video" -c auto_exposure=1 -c white_balance_automatic=0
+v4l2-ctl -d "$video" -c exposure_time_absolute=77 -c gain=33 -c white_balance_temperature=5000
+expect_equal "$(control exposure_time_absolute) $(control gain) $(control white_balance_temperature)" "77 33 5000"
+
+say "half a frame is none; the gap in the numbers tells of it"
+first_number() {
+  v4l2-ctl -d "$video" --verbose --stream-mmap --stream-count=1 2>&1 | awk '/cap dqbuf/ { print $5; exit }'
+}
+expect_equal "$(first_number)" 0
+tell next half
+expect_equal "$(first_number)" 1
+tell next half
+film 8
+
+say "an endpoint that stalls silences the stream, and the next one is whole"
+begin_stream
+tell stall 0x81
+wait_for "the kernel to hear of the stall" eval 'dmesg | grep -q "Non-zero status (-32) in video"'
+kill "$stream"
+expect_end_of "$stream"
+film 8
+
+say "a camera that is pulled out is gone; plugged in again, it films"
+begin_stream
+# Held until the kernel has cleared up: a file closed in that moment can bring it down (uvcvideo of Linux 6.1).
+kill -STOP "$stream"
+tell unplug
+wait_for "the kernel to miss the camera" gone
+kill -CONT "$stream"
+expect_end_of "$stream"
+[[ ! -e $video ]] || fail "$video is still there"
+tell plug
+wait_for "the kernel to find the camera" there
+film 8
+end_camera
+
+say "colour frames are read as they were given"
+start_camera yuyv 2
+film 24
+end_camera

@@ -1,0 +1,110 @@
+// hil_usb_camera: an emulated camera of the USB Video Class, plugged into the kernel that it runs on.
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "hal/clock.h"
+#include "hal/error.h"
+#include "tests/hil/emulated_uvc.h"
+#include "tests/hil/usb_program.h"
+
+namespace headway::hil {
+namespace {
+
+constexpr const char* kCommands = R"(Commands, one a line, into the pipe:
+  plug | unplug
+  stall 0x81 | stall 0   the frames' endpoint until the host clears it, or the next control request
+  next half              the next frame ends after its first half
+  pause | resume         the stream is on, and no frame comes)";
+
+// One frame after the other from a file that holds them back to back, and from its beginning again.
+class FrameFile {
+ public:
+  FrameFile(const std::string& path, std::size_t frame_size) : frame_size_(frame_size) {
+    std::ifstream file(path, std::ios::binary);
+    bytes_.assign(std::istreambuf_iterator<char>(file), {});
+    if (bytes_.empty() || bytes_.size() % frame_size != 0) {
+      throw InputError(fmt::format("{}: {} bytes; expected one or more frames of {} bytes each", path,
+                                   bytes_.size(), frame_size));
+    }
+  }
+
+  ByteSpan next() {
+    const std::size_t begin = std::exchange(next_, (next_ + frame_size_) % bytes_.size());
+    return ByteSpan(bytes_).subspan(begin, frame_size_);
+  }
+
+ private:
+  std::size_t frame_size_, next_ = 0;
+  Bytes bytes_;
+};
+
+bool obey(EmulatedUvc& camera, const Command& command) {
+  if (command == Command{"next", "half"}) {
+    camera.cut_next_frame();
+  } else if (command == Command{"pause"} || command == Command{"resume"}) {
+    camera.pause(command[0] == "pause");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// Milliseconds, rounded up; -1 while no frame is wanted or due.
+int wait_for_frame(const UsbipPort& port, const EmulatedUvc& camera, Time now) {
+  const auto due = camera.due();
+  if (!port.is_waiting() || !due) return -1;
+  const auto nanoseconds = std::max<std::int64_t>((*due - now).count(), 0);
+  return static_cast<int>((nanoseconds + 999'999) / 1'000'000);
+}
+
+int run(int argc, char** argv) {
+  EmulatedUvc::Config config;
+  std::string frames, pipe;
+  std::pair<std::uint16_t, std::uint16_t> size{config.width, config.height};
+  unsigned port_number = 0;
+  using Format = EmulatedUvc::Config::Format;
+  const std::map<std::string, Format> formats{{"grey", Format::kGrey}, {"yuyv", Format::kYuyv}};
+
+  CLI::App app("An emulated camera of the USB Video Class, plugged into this kernel until it is ended.");
+  app.footer(kCommands);
+  app.add_option("--frames", frames, "File of the frames that it films, back to back and again")->required();
+  app.add_option("--size", size, "Width and height, as in: --size 640 480");
+  app.add_option("--format", config.format, "grey or yuyv")->transform(CLI::CheckedTransformer(formats));
+  app.add_option("--serial", config.serial, "Its serial number")->capture_default_str();
+  app.add_option("--port", port_number, "Port of the virtual USB host, 0 to 7")->capture_default_str();
+  app.add_option("--commands", pipe, "The named pipe that it makes and obeys")->required();
+  CLI11_PARSE(app, argc, argv);
+  std::tie(config.width, config.height) = size;
+  config.validate();
+
+  const hal::MonotonicClock clock;
+  FrameFile file(frames, config.frame_size());
+  EmulatedUvc camera(
+      config, [&] { return file.next(); }, clock);
+  UsbipPort port(camera, attach_to_kernel(port_number));
+  CommandPipe commands(pipe);
+  run_usb_program(
+      port, commands, [&](const Command& command) { return obey(camera, command); },
+      [&] { return wait_for_frame(port, camera, clock.now()); });
+  return 0;
+}
+
+}  // namespace
+}  // namespace headway::hil
+
+int main(int argc, char** argv) {
+  try {
+    return headway::hil::run(argc, argv);
+  } catch (const headway::Error& error) {
+    fmt::print(stderr, "hil_usb_camera: {}\n", error.what());
+    return 2;
+  }
+}
