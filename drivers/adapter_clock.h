@@ -1,5 +1,5 @@
-// When something happened by this machine's clock, from the microseconds of an adapter that count on their own and
-// wrap after 71.6 minutes.
+// When something happened by this machine's clock, from the microseconds of an adapter that count on their
+// own and wrap after 71.6 minutes.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,20 @@
 
 namespace headway::drivers {
 
-/// To be set every few seconds, and at least every 35 minutes. Between, an adapter's crystal may run off by kDrift.
+/// To be set every few seconds, and at least every 35 minutes. Between, an adapter's crystal may run off by
+/// kDrift.
 class AdapterClock {
  public:
   static constexpr double kDrift = 2e-4;  ///< most that two crystals differ (relative)
 
-  /// The adapter said `us`, and that was after `asked` and before `answered`. Used when it makes the clock surer.
+  /// The adapter said `us`, and that was after `asked` and before `answered`. Used when it makes the clock
+  /// surer.
   void set(std::uint32_t us, Time asked, Time answered) noexcept {
     const Duration half = (answered - asked) / 2;
     if (reading_ && half >= uncertainty(answered)) return;
     reading_ = Reading{us, asked + half, half};
   }
-  void reset() noexcept { reading_.reset(); }
+  bool is_set() const noexcept { return reading_.has_value(); }
 
   /// Nothing before it was set. `us` within 35 minutes of the last setting, before or after.
   std::optional<Time> time(std::uint32_t us) const noexcept {

@@ -25,7 +25,8 @@ std::uint32_t prescaler_below(const BitTimingLimits& l, double wanted) noexcept 
 }
 
 /// A bit of `quanta` quanta that is sampled as near to the sample point as the limits allow.
-BitTiming divide(const BitTimingLimits& l, std::uint32_t quanta, std::uint32_t brp, double sample_point) noexcept {
+BitTiming divide(const BitTimingLimits& l, std::uint32_t quanta, std::uint32_t brp,
+                 double sample_point) noexcept {
   const std::uint32_t most = std::min(l.tseg2_max, quanta - 1 - std::max(l.tseg1_min, 2u));
   const std::uint32_t least =
       std::max({l.tseg2_min, 1u, quanta - 1 > l.tseg1_max ? quanta - 1 - l.tseg1_max : 0u});
@@ -52,8 +53,8 @@ std::optional<BitTiming> find_bit_timing(const BitTimingLimits& limits, std::uin
     const bool is_last = limits.brp_max - below < limits.brp_increment;
     for (const std::uint32_t brp : {below, is_last ? below : below + limits.brp_increment}) {
       const BitTiming t = divide(limits, quanta, brp, sample_point);
-      const Badness badness{std::abs(t.bitrate(clock_hz) - bitrate), std::abs(t.sample_point() - sample_point),
-                            t.brp};
+      const Badness badness{std::abs(t.bitrate(clock_hz) - bitrate),
+                            std::abs(t.sample_point() - sample_point), t.brp};
       if (badness > least) continue;
       least = badness;
       best = t;

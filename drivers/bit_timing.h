@@ -1,5 +1,5 @@
-// How a CAN controller divides its clock into bits: the search for the segments that give a bit rate and a sample
-// point, within what the controller can do.
+// How a CAN controller divides its clock into bits: the search for the segments that give a bit rate and a
+// sample point, within what the controller can do.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,8 @@
 
 namespace headway::drivers {
 
-/// What a controller can do. Segments in time quanta, both ends included; a quantum is `brp` periods of its clock.
+/// What a controller can do. Segments in time quanta, both ends included; a quantum is `brp` periods of its
+/// clock.
 struct BitTimingLimits {
   std::uint32_t tseg1_min = 0, tseg1_max = 0;  ///< propagation segment and phase segment 1 together
   std::uint32_t tseg2_min = 0, tseg2_max = 0;  ///< phase segment 2
@@ -35,8 +36,9 @@ struct BitTiming {
 /// More than this off the bit rate and two nodes lose each other within a frame (relative).
 constexpr double kBitRateTolerance = 0.005;
 
-/// The timing nearest to the bit rate [bit/s]; of several, that nearest to the sample point (0..1); of these, the
-/// one with the most quanta. Nothing when the tolerance cannot be kept, or the limits are those of no controller.
+/// The timing nearest to the bit rate [bit/s]; of several, that nearest to the sample point (0..1); of these,
+/// the one with the most quanta. Nothing when the tolerance cannot be kept, or the limits are those of no
+/// controller.
 std::optional<BitTiming> find_bit_timing(const BitTimingLimits& limits, std::uint32_t clock_hz,
                                          std::uint32_t bitrate, double sample_point) noexcept;
 

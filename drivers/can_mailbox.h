@@ -1,5 +1,5 @@
-// Frames and counts between the bus loop and a thread that does the input and output of an adapter. Lock-free;
-// nothing here waits or allocates.
+// Frames and counts between the bus loop and a thread that does the input and output of an adapter.
+// Lock-free; nothing here waits or allocates.
 #pragma once
 
 #include <atomic>
@@ -12,15 +12,18 @@
 
 namespace headway::drivers {
 
-/// The bus loop sends and receives, one other thread takes and delivers; any thread may read state and stats. At most
-/// kInFlight frames are under way between send() and settle(); then there is no room until one is settled.
+/// The bus loop sends and receives, one other thread takes and delivers; any thread may read state and stats.
+/// At most kInFlight frames are under way between send() and settle(); then there is no room until one is
+/// settled.
 class CanMailbox {
  public:
   static constexpr std::size_t kInFlight = 10, kIncoming = 512;
 
   // The bus loop's side: as hal::CanBus.
   bool send(const hal::CanFrame& frame) noexcept {
-    if (state() == hal::CanBusState::kGone || under_way_.load(std::memory_order_acquire) >= kInFlight) {
+    const bool is_classic = frame.id <= 0x7FF && frame.dlc <= 8;
+    if (!is_classic || state() == hal::CanBusState::kGone ||
+        under_way_.load(std::memory_order_acquire) >= kInFlight) {
       refused_.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
@@ -51,7 +54,8 @@ class CanMailbox {
   void count_lost() noexcept { lost_.fetch_add(1, std::memory_order_relaxed); }
   void count_unusable() noexcept { unusable_.fetch_add(1, std::memory_order_relaxed); }
   /// Counts each time that the bus goes off or away.
-  void set_state(hal::CanBusState next, std::uint8_t transmit_errors = 0, std::uint8_t receive_errors = 0) noexcept {
+  void set_state(hal::CanBusState next, std::uint8_t transmit_errors = 0,
+                 std::uint8_t receive_errors = 0) noexcept {
     const hal::CanBusState before = state_.exchange(next, std::memory_order_release);
     transmit_errors_.store(transmit_errors, std::memory_order_relaxed);
     receive_errors_.store(receive_errors, std::memory_order_relaxed);

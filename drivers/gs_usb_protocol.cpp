@@ -21,7 +21,8 @@ std::uint8_t counter(std::uint32_t n) noexcept { return static_cast<std::uint8_t
 
 // Classes of error frames (bits of can_id), and what their data[1] says of the controller: linux/can/error.h.
 constexpr std::uint32_t kController = 0x04, kBusOff = 0x40, kRestarted = 0x100, kCounters = 0x200;
-constexpr std::uint8_t kWarning = 0x04 | 0x08, kPassive = 0x10 | 0x20, kActive = 0x40;
+constexpr std::uint8_t kWarning = 0x04 | 0x08, kPassive = 0x10 | 0x20, kActive = 0x40,
+                       kReceiveOverflow = 0x01;
 
 }  // namespace
 
@@ -74,12 +75,19 @@ std::array<std::uint8_t, 8> pack_mode(bool started, std::uint32_t flags) noexcep
   return bytes;
 }
 
-std::uint32_t unpack_timestamp(std::span<const std::uint8_t, 4> bytes) noexcept { return number_at(bytes, 0); }
+std::uint32_t unpack_timestamp(std::span<const std::uint8_t, 4> bytes) noexcept {
+  return number_at(bytes, 0);
+}
 
 std::optional<hal::CanFrame> HostFrame::can_frame() const noexcept {
   if ((can_id & (kExtended | kRemote | kError)) != 0 || can_id > 0x7FF) return std::nullopt;
   // On a classic bus a length code above 8 still means 8 bytes, and adapters hand it on as it came.
   return hal::CanFrame{.id = can_id, .dlc = std::min<std::uint8_t>(dlc, 8), .data = data, .stamp = {}};
+}
+
+bool HostFrame::tells_of_losses() const noexcept {
+  const bool is_of_controller = is_error() && (can_id & kController) != 0;
+  return (flags & kOverflow) != 0 || (is_of_controller && (data[1] & kReceiveOverflow) != 0);
 }
 
 ControllerState HostFrame::controller_state(const ControllerState& before) const noexcept {
@@ -94,7 +102,7 @@ ControllerState HostFrame::controller_state(const ControllerState& before) const
       now.state = kErrorPassive;
     } else if ((data[1] & kWarning) != 0) {
       now.state = kErrorWarning;
-    } else if ((data[1] & kActive) != 0) {
+    } else if ((data[1] & kActive) != 0 || data[1] == 0) {
       now.state = kErrorActive;
     }
   }

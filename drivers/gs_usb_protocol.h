@@ -20,8 +20,8 @@ struct Product {
 constexpr std::array<Product, 4> kProducts{
     {{0x1D50, 0x606F}, {0x1209, 0x2323}, {0x1CD2, 0x606F}, {0x16D0, 0x10B8}}};
 
-/// Vendor requests to the interface: bmRequestType 0x41 out, 0xC1 in. wIndex is the interface; wValue the channel,
-/// but 1 for kHostFormat and kDeviceConfig.
+/// Vendor requests to the interface: bmRequestType 0x41 out, 0xC1 in. wIndex is the interface; wValue the
+/// channel, but 1 for kHostFormat and kDeviceConfig.
 enum class Request : std::uint8_t {
   kHostFormat = 0,
   kBitTiming = 1,
@@ -70,12 +70,14 @@ struct ControllerState {
 std::array<std::uint8_t, 4> pack_host_format() noexcept;
 std::array<std::uint8_t, 20> pack(const BitTiming& timing) noexcept;
 std::array<std::uint8_t, 8> pack_mode(bool started, std::uint32_t flags) noexcept;
-std::uint32_t unpack_timestamp(std::span<const std::uint8_t, 4> bytes) noexcept;  ///< [us], wraps after 71.6 min
+std::uint32_t unpack_timestamp(
+    std::span<const std::uint8_t, 4> bytes) noexcept;  ///< [us], wraps after 71.6 min
 
 /// A frame as it travels through the bulk endpoints, one a transfer.
 struct HostFrame {
   static constexpr std::size_t kSize = 20, kSizeWithTimestamp = 24;
-  static constexpr std::uint32_t kReceived = 0xFFFFFFFF;  ///< as echo_id; any other belongs to a frame that was sent
+  static constexpr std::uint32_t kReceived =
+      0xFFFFFFFF;  ///< as echo_id; any other belongs to a frame that was sent
   static constexpr std::uint32_t kExtended = 0x80000000, kRemote = 0x40000000, kError = 0x20000000;
   static constexpr std::uint8_t kOverflow = 1;
 
@@ -89,6 +91,8 @@ struct HostFrame {
 
   bool operator==(const HostFrame&) const = default;
   bool is_error() const noexcept { return (can_id & kError) != 0; }
+  /// The adapter had no room for frames that came before this one.
+  bool tells_of_losses() const noexcept;
   /// The frame without its time; nothing when it is no data frame with an 11-bit identifier.
   std::optional<hal::CanFrame> can_frame() const noexcept;
   /// What an error frame (linux/can/error.h) says, starting from what was known before.

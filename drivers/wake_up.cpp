@@ -1,12 +1,12 @@
 #include "drivers/wake_up.h"
 
-#include <sys/eventfd.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <string>
+
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include "hal/error.h"
 

@@ -1,15 +1,15 @@
 // Oracle: can-calc-bit-timing of Debian's can-utils, which holds the Linux kernel's own calculation.
 #include "drivers/bit_timing.h"
 
-#include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
-
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <optional>
 #include <sstream>
 #include <string>
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 namespace headway::drivers {
 namespace {
@@ -41,8 +41,8 @@ bool oracle_is_there() { return run("can-calc-bit-timing -l").find("sja1000") !=
 std::optional<BitTiming> oracle(const std::string& controller, std::uint32_t clock, std::uint32_t bitrate,
                                 int sample_point_per_mille) {
   std::ostringstream command;
-  command << "can-calc-bit-timing -q -b " << bitrate << " -s " << sample_point_per_mille << " -c " << clock << ' '
-          << controller;
+  command << "can-calc-bit-timing -q -b " << bitrate << " -s " << sample_point_per_mille << " -c " << clock
+          << ' ' << controller;
   std::istringstream line(run(command.str()));
   std::uint32_t rate = 0, quantum_ns = 0;
   BitTiming t;
@@ -59,12 +59,13 @@ TEST(BitTiming, IsTheKernelsWhereThatIsExactAndNeverWorse) {
   if (!oracle_is_there()) GTEST_SKIP() << "can-calc-bit-timing is not installed (Debian's can-utils)";
   int compared = 0, equal = 0;
   for (const auto& [name, limits] : kControllers) {
-    for (const std::uint32_t clock : {8'000'000u, 16'000'000u, 24'000'000u, 36'000'000u, 40'000'000u, 48'000'000u,
-                                      66'660'000u, 80'000'000u}) {
-      for (const std::uint32_t bitrate : {20'000u, 50'000u, 125'000u, 250'000u, 500'000u, 800'000u, 1'000'000u}) {
+    for (const std::uint32_t clock : {8'000'000u, 16'000'000u, 24'000'000u, 36'000'000u, 40'000'000u,
+                                      48'000'000u, 66'660'000u, 80'000'000u}) {
+      for (const std::uint32_t bitrate :
+           {20'000u, 50'000u, 125'000u, 250'000u, 500'000u, 800'000u, 1'000'000u}) {
         for (const int sample_point : {750, 800, 875}) {
-          SCOPED_TRACE(name + " at " + std::to_string(clock) + " Hz, " + std::to_string(bitrate) + " bit/s, " +
-                       std::to_string(sample_point));
+          SCOPED_TRACE(name + " at " + std::to_string(clock) + " Hz, " + std::to_string(bitrate) +
+                       " bit/s, " + std::to_string(sample_point));
           const auto theirs = oracle(name, clock, bitrate, sample_point);
           const auto ours = find_bit_timing(limits, clock, bitrate, sample_point / 1000.0);
           if (!theirs || std::abs(theirs->bitrate(clock) / bitrate - 1) > kBitRateTolerance) continue;
@@ -139,8 +140,9 @@ TEST(BitTiming, IsNotFoundWhereThereIsNone) {
 
 TEST(BitTiming, IsNotLookedForWithinLimitsOfNoController) {
   EXPECT_FALSE(find_bit_timing({}, kCandleLightClock, 500'000, 0.875));
-  for (const auto member : {&BitTimingLimits::brp_min, &BitTimingLimits::brp_max, &BitTimingLimits::brp_increment,
-                            &BitTimingLimits::sjw_max, &BitTimingLimits::tseg1_max, &BitTimingLimits::tseg2_max}) {
+  for (const auto member :
+       {&BitTimingLimits::brp_min, &BitTimingLimits::brp_max, &BitTimingLimits::brp_increment,
+        &BitTimingLimits::sjw_max, &BitTimingLimits::tseg1_max, &BitTimingLimits::tseg2_max}) {
     BitTimingLimits broken = kCandleLight;
     broken.*member = 0;
     EXPECT_FALSE(find_bit_timing(broken, kCandleLightClock, 500'000, 0.875));
