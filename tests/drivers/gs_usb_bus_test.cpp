@@ -257,6 +257,11 @@ TEST_F(GsUsb, SaysWhatToDoAboutAnAdapterThatItCannotOpen) {
   EXPECT_THAT(fault_of({.serial = "0031"}), HasSubstr("libusb does not start"));
 }
 
+TEST_F(GsUsb, NeedsMemoryForItsTransfers) {
+  usb.has_no_memory = true;
+  EXPECT_THAT(fault_of({.serial = "0031"}), HasSubstr("no memory"));
+}
+
 TEST_F(GsUsb, RefusesConfigurationsThatNoBusCouldWorkWith) {
   for (const GsUsbConfig& config :
        {GsUsbConfig{.channel = 256}, GsUsbConfig{.bitrate = 0}, GsUsbConfig{.bitrate = 2'000'000},
@@ -324,6 +329,7 @@ TEST_F(GsUsb, ServesTheBusLoopFromAnotherThread) {
   constexpr std::uint32_t kFrames = 20'000;
   open();
   adapter.replies = true;
+  usb.waits_truly = true;
   std::atomic<bool> stop{false};
   std::thread server([&] {
     while (!stop.load()) serve(0.001);
