@@ -18,6 +18,13 @@ target_link_libraries(headway_octomap INTERFACE ${OCTOMAP_LIBRARIES})
 add_library(headway_embree INTERFACE)
 target_link_libraries(headway_embree INTERFACE embree)
 
+# libusb comes with a file for pkg-config only.
+find_path(LIBUSB_INCLUDE_DIR libusb-1.0/libusb.h REQUIRED)
+find_library(LIBUSB_LIBRARY usb-1.0 REQUIRED)
+add_library(headway_libusb INTERFACE)
+target_include_directories(headway_libusb SYSTEM INTERFACE ${LIBUSB_INCLUDE_DIR})
+target_link_libraries(headway_libusb INTERFACE ${LIBUSB_LIBRARY})
+
 # Debian's OpenCVConfig.cmake comes only with libopencv-dev, which drags in Qt, VTK and Java;
 # the modules used here are found by themselves.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

@@ -1,0 +1,243 @@
+#include "drivers/gs_usb_link.h"
+
+#include <algorithm>
+
+#include "hal/error.h"
+
+namespace headway::drivers {
+
+using gs_usb::ControllerState;
+using gs_usb::HostFrame;
+using hal::CanBusState;
+
+namespace {
+
+constexpr Duration kLongestWait = std::chrono::milliseconds(10);  ///< so that what is overdue is seen
+constexpr Duration kRecallTimeout = std::chrono::seconds(1);
+constexpr Duration kOldestFrame = std::chrono::seconds(1);  ///< a stamp before that is no time of a frame
+constexpr int kMostUnanswered = 3;
+constexpr int kNoBell = -1;
+
+}  // namespace
+
+GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock& clock, CanMailbox& mailbox)
+    : usb_(usb),
+      config_(config),
+      clock_(clock),
+      mailbox_(mailbox),
+      adapter_(std::make_unique<GsUsbAdapter>(usb, config)),
+      transfers_(std::make_unique<Transfers>()),
+      asks_clock_(adapter_->has_clock()),
+      asks_state_(adapter_->tells_state()) {
+  UsbTransfer::Owner& owner = *this;
+  for (std::size_t i = 0; i < kReads; ++i) {
+    transfers_->reads.emplace_back(usb, adapter_->handle(), adapter_->endpoint_in(), owner);
+  }
+  for (std::size_t i = 0; i < CanMailbox::kInFlight; ++i) {
+    transfers_->slots.emplace_back(usb, adapter_->handle(), adapter_->endpoint_out(), owner);
+  }
+  keep_reading();
+  if (ended_ || !adapter_->start()) {
+    close();
+    throw Error("USB-CAN adapter '" + config.serial +
+                "': does not start, expected its controller to; unplug it and plug it in anew");
+  }
+  mailbox_.discard_outgoing();
+  take_state({});
+  look();
+  // What it did not answer now it need not know: firmware differs. It is not asked again.
+  asks_clock_ = asks_clock_ && adapter_clock_.is_set();
+  asks_state_ = asks_state_ && unanswered_ == 0;
+  unanswered_ = 0;
+}
+
+void GsUsbLink::serve(int bell, Duration longest) noexcept {
+  if (needs_restart()) restart();
+  if (clock_.now() >= next_look_) look();
+  keep_reading();
+  write_waiting();
+  if (ended_) return;
+  if (usb_.handle_events(adapter_->context(), bell, std::min(longest, kLongestWait)) < 0) ended_ = true;
+}
+
+// --- what comes back ---
+
+void GsUsbLink::done(UsbTransfer& transfer) noexcept {
+  switch (transfer.status()) {
+    case LIBUSB_TRANSFER_COMPLETED:
+      if (transfer.is_read()) take_in(transfer.bytes());
+      break;
+    case LIBUSB_TRANSFER_CANCELLED:
+      break;
+    case LIBUSB_TRANSFER_OVERFLOW:
+      mailbox_.count_unusable();
+      break;
+    case LIBUSB_TRANSFER_STALL:
+      stalled_ = true;
+      break;
+    default:
+      ended_ = true;
+  }
+  if (transfer.is_read()) return;
+  for (Slot& slot : transfers_->slots) {
+    if (&slot.transfer == &transfer) settle_if_done(slot);
+  }
+}
+
+void GsUsbLink::take_in(std::span<const std::uint8_t> bytes) noexcept {
+  const auto frame = HostFrame::unpack(bytes);
+  if (!frame || frame->channel != config_.channel) return mailbox_.count_unusable();
+  if (frame->tells_of_losses()) mailbox_.count_lost();
+  if (frame->echo_id != HostFrame::kReceived) return take_echo(frame->echo_id);
+  if (frame->is_error()) return take_state(frame->controller_state(controller_));
+  auto received = frame->can_frame();
+  if (!received) return mailbox_.count_unusable();
+  received->stamp = stamp_of(*frame);
+  mailbox_.deliver(*received);
+}
+
+void GsUsbLink::take_echo(std::uint32_t id) noexcept {
+  if (id >= transfers_->slots.size() || !transfers_->slots[id].awaits_echo) return mailbox_.count_unusable();
+  Slot& slot = transfers_->slots[id];
+  slot.awaits_echo = false;
+  slot.was_sent = true;
+  settle_if_done(slot);
+}
+
+void GsUsbLink::take_state(const ControllerState& state) noexcept {
+  if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff)
+    off_since_ = clock_.now();
+  controller_ = state;
+  mailbox_.set_state(state.state, state.transmit_errors, state.receive_errors);
+}
+
+Time GsUsbLink::stamp_of(const HostFrame& frame) noexcept {
+  const Time arrival = clock_.now();
+  Time stamp = arrival;
+  if (frame.timestamp_us) stamp = adapter_clock_.time(*frame.timestamp_us).value_or(arrival);
+  if (stamp > arrival || stamp < arrival - kOldestFrame) stamp = arrival;
+  // Setting the clock moves it a little; frames keep their order.
+  last_stamp_ = std::max(last_stamp_, stamp);
+  return last_stamp_;
+}
+
+// --- what goes out ---
+
+void GsUsbLink::keep_reading() noexcept {
+  if (stalled_) return;
+  for (UsbTransfer& read : transfers_->reads) {
+    if (!read.is_under_way() && read.submit(UsbTransfer::kBufferSize) < 0) ended_ = true;
+  }
+}
+
+void GsUsbLink::write_waiting() noexcept {
+  if (stalled_ || ended_) return;
+  hal::CanFrame frame;
+  for (std::uint32_t number = 0; number < transfers_->slots.size(); ++number) {
+    if (transfers_->slots[number].occupied) continue;
+    if (!mailbox_.take(frame)) return;
+    write(number, frame);
+  }
+}
+
+void GsUsbLink::write(std::uint32_t number, const hal::CanFrame& frame) noexcept {
+  HostFrame out;
+  out.echo_id = number;
+  out.can_id = frame.id;
+  out.dlc = frame.dlc;
+  out.channel = static_cast<std::uint8_t>(config_.channel);
+  out.data = frame.data;
+  const auto bytes = out.pack();
+  Slot& slot = transfers_->slots[number];
+  std::copy(bytes.begin(), bytes.end(), slot.transfer.buffer().begin());
+  slot.occupied = slot.awaits_echo = true;
+  slot.was_sent = false;
+  slot.since = clock_.now();
+  if (slot.transfer.submit(bytes.size()) < 0) ended_ = true;
+}
+
+void GsUsbLink::settle_if_done(Slot& slot) noexcept {
+  if (!slot.occupied || slot.awaits_echo || slot.transfer.is_under_way()) return;
+  slot.occupied = false;
+  mailbox_.settle(slot.was_sent);
+}
+
+// --- looking after the adapter ---
+
+void GsUsbLink::look() noexcept {
+  next_look_ = clock_.now() + kLookEvery;
+  bool answered = true;
+  if (asks_clock_) {
+    const Time asked = clock_.now();
+    const auto us = adapter_->timestamp();
+    if (us) adapter_clock_.set(*us, asked, clock_.now());
+    answered = us.has_value();
+  }
+  if (asks_state_) {
+    const auto state = adapter_->controller_state();
+    if (state) take_state(*state);
+    answered = answered && state;
+  }
+  unanswered_ = answered ? 0 : unanswered_ + 1;
+  if (unanswered_ >= kMostUnanswered) ended_ = true;
+}
+
+bool GsUsbLink::needs_restart() const noexcept {
+  const Time now = clock_.now();
+  const auto is_over = [&](Time since) { return now - since >= config_.echo_timeout; };
+  if (!is_over(restarted_)) return false;
+  return stalled_ || (controller_.state == CanBusState::kBusOff && is_over(off_since_)) ||
+         std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
+                     [&](const Slot& s) { return s.occupied && is_over(s.since); });
+}
+
+void GsUsbLink::restart() noexcept {
+  restarted_ = clock_.now();
+  const bool is_reset = adapter_->reset();
+  // Halts are cleared while nothing is under way, as the kernel asks.
+  const bool is_clear = recall() && (!stalled_ || adapter_->clear_halts());
+  if (!is_reset || !is_clear) {
+    ended_ = true;
+    return;
+  }
+  stalled_ = false;
+  keep_reading();
+  if (!adapter_->start()) ended_ = true;
+  take_state({});
+}
+
+/// Calls all transfers back and gives the frames in them up. False when some did not come.
+bool GsUsbLink::recall() noexcept {
+  for (UsbTransfer& read : transfers_->reads) read.cancel();
+  for (Slot& slot : transfers_->slots) slot.transfer.cancel();
+  const Time limit = clock_.now() + kRecallTimeout;
+  while (any_under_way() && clock_.now() < limit) {
+    usb_.handle_events(adapter_->context(), kNoBell, kLongestWait);
+  }
+  for (Slot& slot : transfers_->slots) {
+    slot.awaits_echo = false;
+    settle_if_done(slot);
+  }
+  return !any_under_way();
+}
+
+bool GsUsbLink::any_under_way() const noexcept {
+  return std::any_of(transfers_->reads.begin(), transfers_->reads.end(),
+                     [](const UsbTransfer& read) { return read.is_under_way(); }) ||
+         std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
+                     [](const Slot& slot) { return slot.transfer.is_under_way(); });
+}
+
+void GsUsbLink::close() noexcept {
+  if (recall()) return;
+  adapter_->reset();
+  // The kernel still owns memory of transfers that did not come back, so it stays, and with it what they
+  // belong to. Their context is never asked again, so nobody is called back.
+  for (Slot& slot : transfers_->slots) {
+    if (slot.occupied) mailbox_.settle(false);
+  }
+  static_cast<void>(transfers_.release());
+  static_cast<void>(adapter_.release());
+}
+
+}  // namespace headway::drivers

@@ -1,0 +1,86 @@
+// One connection to a USB-CAN adapter, from its opening to the fault that ends it: the transfers under way,
+// the frames whose echo is awaited, and the adapter's clock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+
+#include "drivers/adapter_clock.h"
+#include "drivers/can_mailbox.h"
+#include "drivers/gs_usb_adapter.h"
+#include "drivers/gs_usb_protocol.h"
+#include "drivers/usb_transfer.h"
+#include "hal/clock.h"
+
+namespace headway::drivers {
+
+/// All calls by one thread, not the bus loop's. What the adapter can recover from (a stalled endpoint, frames
+/// that nobody acknowledges, bus off) is answered by starting its controller anew, which also drops the
+/// frames that it holds: they would be late. Anything else ends the link.
+class GsUsbLink final : private UsbTransfer::Owner {
+ public:
+  /// Opens the adapter and starts its controller. Throws as GsUsbAdapter.
+  GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock& clock, CanMailbox& mailbox);
+  ~GsUsbLink() { close(); }
+
+  /// Hands over what waits in the mailbox, and waits for `longest` at most for what comes; a readable `bell`
+  /// (descriptor) ends the waiting. An adapter that does not answer may hold it for
+  /// GsUsbAdapter::kAnswerTimeout more.
+  void serve(int bell, Duration longest) noexcept;
+  bool has_ended() const noexcept { return ended_; }
+
+  static constexpr std::size_t kReads = 32;  ///< under way: 7 ms of a full bus at 500 kbit/s
+  static constexpr Duration kLookEvery = std::chrono::seconds(1);  ///< at the adapter's clock and state
+
+ private:
+  /// For a frame that was handed to the adapter: its number is the frame's echo_id.
+  struct Slot {
+    Slot(UsbCalls& usb, libusb_device_handle* handle, std::uint8_t endpoint, UsbTransfer::Owner& owner)
+        : transfer(usb, handle, endpoint, owner) {}
+    UsbTransfer transfer;
+    bool occupied = false, awaits_echo = false, was_sent = false;
+    Time since{};
+  };
+  struct Transfers {
+    std::deque<UsbTransfer> reads;
+    std::deque<Slot> slots;
+  };
+
+  void done(UsbTransfer& transfer) noexcept override;
+  void take_in(std::span<const std::uint8_t> bytes) noexcept;
+  void take_echo(std::uint32_t id) noexcept;
+  void take_state(const gs_usb::ControllerState& state) noexcept;
+  Time stamp_of(const gs_usb::HostFrame& frame) noexcept;
+
+  void keep_reading() noexcept;
+  void write_waiting() noexcept;
+  void write(std::uint32_t number, const hal::CanFrame& frame) noexcept;
+  void settle_if_done(Slot& slot) noexcept;
+
+  void look() noexcept;
+  bool needs_restart() const noexcept;
+  void restart() noexcept;
+  bool recall() noexcept;
+  bool any_under_way() const noexcept;
+  void close() noexcept;
+
+  UsbCalls& usb_;
+  GsUsbConfig config_;
+  const hal::Clock& clock_;
+  CanMailbox& mailbox_;
+  std::unique_ptr<GsUsbAdapter> adapter_;
+  std::unique_ptr<Transfers> transfers_;
+
+  bool ended_ = false, stalled_ = false;
+  gs_usb::ControllerState controller_;
+  Time restarted_{}, off_since_{};
+  AdapterClock adapter_clock_;
+  bool asks_clock_, asks_state_;
+  int unanswered_ = 0;
+  Time next_look_{}, last_stamp_{};
+};
+
+}  // namespace headway::drivers
