@@ -18,6 +18,13 @@ target_link_libraries(headway_octomap INTERFACE ${OCTOMAP_LIBRARIES})
 add_library(headway_embree INTERFACE)
 target_link_libraries(headway_embree INTERFACE embree)
 
+# libjpeg-turbo's own configuration also asks for libjpeg's files, which lie in a package that is not needed.
+find_path(TURBOJPEG_INCLUDE_DIR turbojpeg.h REQUIRED)
+find_library(TURBOJPEG_LIBRARY turbojpeg REQUIRED)
+add_library(headway_turbojpeg INTERFACE)
+target_include_directories(headway_turbojpeg SYSTEM INTERFACE ${TURBOJPEG_INCLUDE_DIR})
+target_link_libraries(headway_turbojpeg INTERFACE ${TURBOJPEG_LIBRARY})
+
 # Debian's OpenCVConfig.cmake comes only with libopencv-dev, which drags in Qt, VTK and Java;
 # the modules used here are found by themselves.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
