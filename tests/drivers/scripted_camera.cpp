@@ -10,12 +10,25 @@
 #include <poll.h>
 #include <sys/mman.h>
 
+#include "tests/heap_count.h"
+
 namespace headway::drivers::testing {
 
 namespace {
 
 constexpr std::uint8_t kPoison = 0xEE;  // what the driver may write into a buffer that it owns
 constexpr std::int64_t kPage = 4096;
+
+/// Adds what is allocated while it lives.
+class HeapUse {
+ public:
+  explicit HeapUse(std::uint64_t& sum) : sum_(sum) {}
+  ~HeapUse() { sum_ += heap_allocations() - before_; }
+
+ private:
+  std::uint64_t& sum_;
+  std::uint64_t before_ = heap_allocations();
+};
 
 std::size_t plain_bytes(const ScriptedCamera::Offer& offer, std::size_t stride) {
   const auto rows = static_cast<std::size_t>(offer.height);
@@ -159,6 +172,7 @@ std::optional<int> ScriptedCalls::failure(ScriptedCamera& camera, Call call) {
 }
 
 int ScriptedCalls::open(const char* path) noexcept {
+  const HeapUse use(allocations);
   ++calls;
   const auto found = cameras_.find(path);
   if (found == cameras_.end() || !found->second->plugged) return -ENOENT;
@@ -172,6 +186,7 @@ int ScriptedCalls::open(const char* path) noexcept {
 }
 
 int ScriptedCalls::close(int descriptor) noexcept {
+  const HeapUse use(allocations);
   Handle* handle = find(descriptor, "close");
   if (!handle) return -EBADF;
   if (handle->streaming && !handle->is_dead()) handle->camera->is_streaming = false;
@@ -180,6 +195,7 @@ int ScriptedCalls::close(int descriptor) noexcept {
 }
 
 ScriptedCalls::Mapped ScriptedCalls::mmap(int descriptor, std::size_t length, std::int64_t offset) noexcept {
+  const HeapUse use(allocations);
   Handle* handle = find(descriptor, "mmap");
   if (!handle) return {nullptr, EBADF};
   if (handle->is_dead()) return {nullptr, ENODEV};
@@ -195,6 +211,7 @@ ScriptedCalls::Mapped ScriptedCalls::mmap(int descriptor, std::size_t length, st
 }
 
 int ScriptedCalls::munmap(void* memory, std::size_t length) noexcept {
+  const HeapUse use(allocations);
   ++calls;
   const auto found = mapped_.find(memory);
   if (found == mapped_.end() || found->second != length) {
@@ -212,6 +229,7 @@ int ScriptedCalls::munmap(void* memory, std::size_t length) noexcept {
 }
 
 int ScriptedCalls::poll(int descriptor) noexcept {
+  const HeapUse use(allocations);
   Handle* handle = find(descriptor, "poll");
   if (!handle) return POLLNVAL;
   if (handle->is_dead()) return POLLERR | POLLHUP;
@@ -222,6 +240,7 @@ int ScriptedCalls::poll(int descriptor) noexcept {
 }
 
 int ScriptedCalls::ioctl(int descriptor, unsigned long request, void* argument) noexcept {
+  const HeapUse use(allocations);
   Handle* handle = find(descriptor, "ioctl");
   if (!handle) return -EBADF;
   if (handle->is_dead()) return -ENODEV;
@@ -435,6 +454,7 @@ void ScriptedCalls::make_frame(Handle& handle) {
   if (std::exchange(camera.count_anew, false)) handle.sequence = 0;
   const std::uint32_t sequence = handle.sequence++;
   ++camera.made;
+  camera.middles.push_back(handle.next - camera.readout - camera.exposure / 2);
   if (camera.lose > 0) {
     --camera.lose;
     return;
@@ -454,7 +474,6 @@ void ScriptedCalls::make_frame(Handle& handle) {
   buffer.flags = camera.foreign_clock ? V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN : V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   buffer.flags |= camera.stamps_at_start ? V4L2_BUF_FLAG_TSTAMP_SRC_SOE : V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
   if (camera.marked) buffer.flags |= V4L2_BUF_FLAG_ERROR;
-  camera.newest_middle = handle.next - camera.readout - camera.exposure / 2;
   const Time at = camera.stamps_at_start ? handle.next - camera.readout - camera.exposure : handle.next;
   if (!camera.frozen) camera.last_stamp = at.time_since_epoch() + camera.stamp_shift;
   buffer.stamp = camera.last_stamp;

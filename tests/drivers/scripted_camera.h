@@ -78,9 +78,9 @@ struct ScriptedCamera {
   std::map<std::uint32_t, Control> controls;
   std::optional<Offer> set;
   double rate = 30;
-  Duration exposure{};     ///< as set; zero: automatic
-  std::uint32_t made = 0;  ///< frames since it was made
-  Time newest_middle{};    ///< true middle of the exposure of the frame made last
+  Duration exposure{};        ///< as set; zero: automatic
+  std::uint32_t made = 0;     ///< frames since it was made
+  std::vector<Time> middles;  ///< true middles of their exposures
   int control_calls = 0, starts = 0;
   bool is_streaming = false;
   Duration last_stamp{};
@@ -115,6 +115,7 @@ class ScriptedCalls final : public DeviceCalls {
   std::size_t open_descriptors() const { return handles_.size(); }
   std::size_t mappings() const { return mapped_.size(); }
   std::uint64_t calls = 0;
+  std::uint64_t allocations = 0;        ///< of the scripted cameras themselves
   std::vector<std::string> violations;  ///< calls that no right program makes
 
  private:

@@ -74,7 +74,8 @@ TEST(V4l2Camera, StampsTheMiddleOfTheExposure) {
     int frames = 0;
     bench.on_frame = [&](const V4l2Camera::Waiting& frame) {
       // V4L2 stamps in microseconds.
-      EXPECT_LE(std::chrono::abs(frame.exposure - bench.device->newest_middle), std::chrono::microseconds(1));
+      EXPECT_LE(std::chrono::abs(frame.exposure - bench.device->middles.back()),
+                std::chrono::microseconds(1));
       ++frames;
     };
     bench.start();
@@ -153,7 +154,7 @@ TEST_F(DepthBench, FramesAreMetresWithNothingWhereNothingWasMeasured) {
   EXPECT_EQ(frame.width, 32);
   EXPECT_EQ(frame.height, 24);
   EXPECT_EQ(frame.sequence, 2u);
-  EXPECT_LE(std::chrono::abs(frame.exposure - device_->newest_middle), std::chrono::microseconds(1));
+  EXPECT_LE(std::chrono::abs(frame.exposure - device_->middles.back()), std::chrono::microseconds(1));
   EXPECT_NEAR(frame.depth[100], 1.050, 1e-6);
   EXPECT_TRUE(std::isnan(frame.depth[5]));
   EXPECT_FALSE(camera.take_newest(frame));

@@ -40,7 +40,7 @@ TEST_F(V4l2Listing, NamesCamerasByNumberWithThePortTheyAreIn) {
   add("videotape");
   fs::create_directories(devices_ / "v4l/by-path");
   fs::create_symlink("../../video2", devices_ / "v4l/by-path/pci-usb-1-video-index0");
-  const std::vector<ListedCamera> cameras = list_cameras(calls_, devices_ / "");
+  const std::vector<ListedCamera> cameras = list_cameras(calls_, devices_.path());
   ASSERT_EQ(cameras.size(), 2u);
   EXPECT_EQ(fs::path(cameras[0].path).filename(), "video2");
   EXPECT_EQ(fs::path(cameras[0].port_path).filename(), "pci-usb-1-video-index0");
