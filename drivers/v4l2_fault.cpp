@@ -61,7 +61,6 @@ std::string control_text(const V4l2Fault& fault) {
   const char* name = control_name(fault.control);
   if (fault.is_missing)
     return fmt::format("has no control for {}; leave that setting out, or take another camera", name);
-  if (fault.error == EBUSY) return fmt::format("its {} cannot be set while another program uses it", name);
   if (fault.error != 0) return fmt::format("refuses to set {}: {}", name, reason(fault.error));
   return fmt::format("was told to set {} to {}, and has {}; its range is {} to {}", name, fault.asked,
                      fault.got, fault.least, fault.most);
@@ -76,6 +75,7 @@ std::string start_text(int error) {
 
 std::string what_of(const V4l2Fault& fault, const V4l2CameraConfig& config) {
   using Step = V4l2Fault::Step;
+  if (fault.error == EBUSY) return "is used by another program; end that first";
   switch (fault.step) {
     case Step::kNone:
       return "is well";
@@ -97,8 +97,7 @@ std::string what_of(const V4l2Fault& fault, const V4l2CameraConfig& config) {
     case Step::kControl:
       return control_text(fault);
     case Step::kBuffers:
-      return fault.error == EBUSY ? "is used by another program; end that first"
-             : fault.error == 0
+      return fault.error == 0
                  ? "gives fewer than the buffers needed, or stamps its frames by another clock than "
                    "CLOCK_MONOTONIC"
                  : fmt::format("gives no buffers: {}", reason(fault.error));
