@@ -28,6 +28,7 @@ void add_characterise(CLI::App& app, Run& run);
 void add_calibrate(CLI::App& app, Run& run);
 void add_rig(CLI::App& app, Run& run);
 void add_can(CLI::App& app, Run& run);
+void add_camera(CLI::App& app, Run& run);
 
 /// Parses, runs and turns errors into exit codes; the body of main().
 int run_program(int argc, const char* const* argv);

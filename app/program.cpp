@@ -103,6 +103,7 @@ int run_program(int argc, const char* const* argv) {
   add_calibrate(program, run);
   add_rig(program, run);
   add_can(program, run);
+  add_camera(program, run);
   try {
     return run_chosen(program, run, argc, argv);
   } catch (const InputError& e) {

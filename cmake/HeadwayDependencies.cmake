@@ -25,6 +25,13 @@ add_library(headway_libusb INTERFACE)
 target_include_directories(headway_libusb SYSTEM INTERFACE ${LIBUSB_INCLUDE_DIR})
 target_link_libraries(headway_libusb INTERFACE ${LIBUSB_LIBRARY})
 
+# libjpeg-turbo's own configuration also asks for libjpeg's files, which lie in a package that is not needed.
+find_path(TURBOJPEG_INCLUDE_DIR turbojpeg.h REQUIRED)
+find_library(TURBOJPEG_LIBRARY turbojpeg REQUIRED)
+add_library(headway_turbojpeg INTERFACE)
+target_include_directories(headway_turbojpeg SYSTEM INTERFACE ${TURBOJPEG_INCLUDE_DIR})
+target_link_libraries(headway_turbojpeg INTERFACE ${TURBOJPEG_LIBRARY})
+
 # Debian's OpenCVConfig.cmake comes only with libopencv-dev, which drags in Qt, VTK and Java;
 # the modules used here are found by themselves.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

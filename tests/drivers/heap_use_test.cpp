@@ -1,6 +1,9 @@
-// The masters run within the bus cycle: once built they must not touch the heap, whatever comes in.
+// The masters run within the bus cycle: once built they must not touch the heap, whatever comes in. Nor must
+// cameras within the frame loop's, once their images have their size.
 #include <gtest/gtest.h>
 
+#include "drivers/stereo_pair.h"
+#include "tests/drivers/camera_bench.h"
 #include "tests/drivers/head_bench.h"
 #include "tests/drivers/walker_bench.h"
 #include "tests/heap_count.h"
@@ -96,6 +99,37 @@ TEST(CanWalker, UsesNoHeapWhateverComesIn) {
   }
   EXPECT_GT(control.accepted.size(), 100u);
   EXPECT_EQ(allocations, 0U);
+}
+
+TEST(StereoPair, UsesNoHeapFromTheThirdFrameOnNotEvenWhenACameraComesBack) {
+  hal::ManualClock clock;
+  clock.set(at_seconds(100));
+  testing::ScriptedCalls calls(clock);
+  StereoPairConfig config{testing::small_config(), testing::small_config(), {}};
+  config.tolerance = std::chrono::milliseconds(20);  // it comes back out of step
+  config.right.path = "/dev/right";
+  calls.add(config.left.path, testing::ScriptedCamera(PixelFormat::kGrey));
+  testing::ScriptedCamera& right = calls.add(config.right.path, testing::ScriptedCamera(PixelFormat::kGrey));
+  StereoPair pair(config, clock, calls);
+  Counted counted(pair);
+  hal::StereoFrame frame;
+  int taken = 0;
+  for (int i = 0; i < 2000; ++i) {
+    clock.advance(std::chrono::milliseconds(5));
+    taken += counted([&](StereoPair& p) { return p.take_newest(frame); });
+    if (taken == 2) {
+      allocations = 0;
+      calls.allocations = 0;
+    }
+    if (i == 500) right.unplug();
+    if (i == 700) right.plug();
+    if (i == 1200) right.frozen = true;
+    if (i == 1400) right.frozen = false;
+  }
+  EXPECT_GT(taken, 150);
+  EXPECT_EQ(pair.right().stats().gone, 1u);
+  EXPECT_GT(pair.right().stats().restarts, 0u);
+  EXPECT_EQ(allocations - calls.allocations, 0u);
 }
 
 }  // namespace
