@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/yaml_limits.h"
+#include "drivers/gs_usb_bus.h"
 #include "drivers/slcan_bus.h"
 #include "drivers/socketcan_bus.h"
 #include "hal/error.h"
@@ -26,11 +27,18 @@ CanTransport open_slcan(const std::string& tty, hal::Clock& clock) {
   return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
 }
 
+CanTransport open_gs_usb(const std::string& serial, hal::Clock& clock) {
+  auto bus = std::make_unique<drivers::GsUsbBus>(drivers::GsUsbConfig{.serial = serial}, clock);
+  drivers::GsUsbBus& serving = *bus;
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+}
+
 struct Kind {
   std::string_view prefix, example;
   CanTransport (*open)(const std::string&, hal::Clock&);
 };
 constexpr std::array kKinds{Kind{"socketcan:", "socketcan:can0", open_socketcan},
+                            Kind{"gs_usb:", "gs_usb:SERIAL", open_gs_usb},
                             Kind{"slcan:", "slcan:/dev/ttyACM0", open_slcan}};
 
 }  // namespace

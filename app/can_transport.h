@@ -20,8 +20,8 @@ struct CanTransport {
 /// What open_can_transport() knows, for help texts.
 std::string can_transports();
 
-/// Opens `socketcan:INTERFACE` or `slcan:TTY`. Throws InputError where the name is neither, and as the driver
-/// does where what it names cannot be opened. The clock must outlive the bus.
+/// Opens `socketcan:INTERFACE`, `gs_usb:SERIAL` or `slcan:TTY`. Throws InputError where the name is neither,
+/// and as the driver does where what it names cannot be opened. The clock must outlive the bus.
 CanTransport open_can_transport(const std::string& name, hal::Clock& clock);
 
 }  // namespace headway::app

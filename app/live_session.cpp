@@ -33,6 +33,34 @@ void check(const LiveOptions& options) {
 
 }  // namespace
 
+const char* text_of(hal::HeadHealth health) {
+  switch (health) {
+    case hal::HeadHealth::kStarting:
+      return "starting";
+    case hal::HeadHealth::kReady:
+      return "ready";
+    case hal::HeadHealth::kDegraded:
+      return "degraded: its position stays away";
+    case hal::HeadHealth::kFault:
+      return "at fault";
+  }
+  return "?";
+}
+
+const char* text_of(hal::WalkerHealth health) {
+  switch (health) {
+    case hal::WalkerHealth::kStarting:
+      return "not heard yet";
+    case hal::WalkerHealth::kReady:
+      return "ready";
+    case hal::WalkerHealth::kNoChest:
+      return "without chest pose";
+    case hal::WalkerHealth::kLost:
+      return "lost";
+  }
+  return "?";
+}
+
 LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
                          runtime::Eyes& eyes, hal::Clock& clock)
     : robot_(with_map(robot, options)),

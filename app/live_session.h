@@ -2,6 +2,7 @@
 // simulated one behind real wires.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,9 @@ struct LiveOptions {
   std::optional<nav::Goal> goal;
   double frame_rate = 15;  ///< of the cameras [Hz]
 };
+
+const char* text_of(hal::HeadHealth health);
+const char* text_of(hal::WalkerHealth health);
 
 /// How the robot is, as of the frame worked on last; a value that one thread reads.
 struct LiveStatus {

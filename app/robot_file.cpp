@@ -228,6 +228,19 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
 }
 
+void read_hardware(const Section& hardware, HardwareConfig& config) {
+  config.bus = hardware.text_or("bus", config.bus);
+  const auto cameras = hardware.section_if("cameras");
+  if (!cameras) return;
+  config.left = cameras->text_or("left", config.left);
+  config.right = cameras->text_or("right", config.right);
+  config.format = cameras->text_or("format", config.format);
+  config.rate = cameras->number_or("rate", config.rate, {1, 240, "Hz"});
+  if (cameras->has("exposure_ms"))
+    config.exposure = cameras->number("exposure_ms", {0.01, 1000, "ms"}) * 1e-3;
+  if (cameras->has("gain")) config.gain = cameras->integer("gain", {0, 1e6});
+}
+
 /// Trunk and arms as one box, from the neck down to what no longer counts as floor.
 nav::BodyBox whole_body(const Section& neck, const Robot& robot) {
   const nav::BodyOutline& outline = robot.mission.outline;
@@ -308,6 +321,7 @@ Robot read_robot(const std::filesystem::path& file) {
   read_planner(section.section("planner"), robot.mission.planner);
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
+  if (const auto hardware = section.section_if("hardware")) read_hardware(*hardware, robot.hardware);
   robot.mapper.integration.own_body = own_body(section, robot);
   step_over(robot.mission.gait.over.height, robot);
   section.finish();

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "hal/head_kinematics.h"
@@ -28,8 +29,19 @@ struct SimulationConfig {
   double tilt_error = 0;             ///< of the head: true tilt, down, less the one reported [rad]
 };
 
+/// What `headway run` opens; the simulator needs none of it.
+struct HardwareConfig {
+  std::string bus;          ///< see can_transport.h
+  std::string left, right;  ///< the cameras' device files
+  std::string format = "GREY";
+  double rate = 15;                ///< of the cameras [Hz]
+  std::optional<double> exposure;  ///< [s]; none: as the cameras choose
+  std::optional<int> gain;         ///< in the cameras' own numbers
+};
+
 struct Robot {
   std::string name;
+  HardwareConfig hardware;
   vision::StereoRig rig;
   vision::VisionConfig vision;
   Duration camera_time_offset{};  ///< added to the camera's stamps, to come to the bus's time

@@ -236,7 +236,8 @@ bool SocketCanBus::take(std::size_t slot, Time now, Duration wall_now, hal::CanF
   into.data = {};
   std::copy_n(frame.data, into.dlc, into.data.begin());
   // It came after all before it had been read, even if somebody set the wall clock meanwhile.
-  into.stamp = std::clamp(now - (wall_now - told.stamp.value_or(wall_now)), emptied_, now);
+  const Duration age = wall_now - told.stamp.value_or(wall_now);
+  into.stamp = std::clamp(now - clock_.at_monotonic(Time(age)).time_since_epoch(), emptied_, now);
   return true;
 }
 

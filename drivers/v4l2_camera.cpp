@@ -60,6 +60,7 @@ void V4l2Camera::poll() noexcept {
     const V4l2Stream::Taken taken = stream_->take(buffer);
     if (taken == V4l2Stream::Taken::kFailed) give_up(stream_->fault(), CameraState::kGone, now);
     if (taken != V4l2Stream::Taken::kFrame) break;
+    buffer.stamp = clock_.at_monotonic(Time(buffer.stamp)).time_since_epoch();
     admit(buffer, clock_.now());  // not earlier: a frame that came just now must not lie in the future
   }
   if (stream_) watch(clock_.now());

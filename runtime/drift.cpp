@@ -9,7 +9,9 @@
 
 namespace headway::runtime {
 namespace {
-constexpr double kWiden = 2;      // of the covariance, when views contradict it
+// Of the covariance, when a view contradicts it. Views that follow one another show the same things and err
+// alike: it takes a second of them to be believed.
+constexpr double kWiden = 1.2;
 constexpr double kStands = 1e-3;  // moves less than this [m, rad]
 }  // namespace
 

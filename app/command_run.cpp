@@ -1,0 +1,211 @@
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "app/can_transport.h"
+#include "app/commands.h"
+#include "app/finite_range.h"
+#include "app/hardware.h"
+#include "app/interrupts.h"
+#include "app/live_session.h"
+#include "app/output_folder.h"
+#include "hal/clock.h"
+#include "hal/error.h"
+#include "nav/cold_map_file.h"
+#include "runtime/durable_file.h"
+#include "runtime/threads.h"
+
+namespace headway::app {
+
+namespace {
+
+struct Options {
+  std::filesystem::path robot, out;
+  std::string bus, left, right;
+  std::vector<double> goal, start{0, 0}, floor{20, 20};
+  double slower = 1;
+};
+
+nav::Goal goal_of(const std::vector<double>& numbers) {
+  nav::Goal goal;
+  goal.position = {numbers[0], numbers[1]};
+  if (numbers.size() == 3) goal.yaw = numbers[2] * std::numbers::pi / 180;
+  return goal;
+}
+
+LiveOptions live_options(const Options& options, const HardwareConfig& hardware) {
+  LiveOptions live;
+  live.start = {options.start[0], options.start[1],
+                options.start.size() == 3 ? options.start[2] * std::numbers::pi / 180 : 0};
+  live.floor = {options.floor[0], options.floor[1]};
+  if (!options.goal.empty()) live.goal = goal_of(options.goal);
+  live.frame_rate = hardware.rate;
+  return live;
+}
+
+/// Says what has changed, a line each.
+class Log {
+ public:
+  explicit Log(const hal::Clock& clock) : clock_(clock), begin_(clock.now()) {}
+
+  void see(const LiveStatus& status) {
+    const auto now = std::tuple(status.state, status.head, status.walker);
+    if (said_ && now == known_) return;
+    const std::string reason = status.reason.data();
+    say("{}{}{}; at ({:.2f}, {:.2f}); head {}, control computer {}", name(status.state),
+        reason.empty() ? "" : ": ", reason, status.base.x, status.base.y, text_of(status.head),
+        text_of(status.walker));
+    known_ = now;
+    said_ = true;
+  }
+
+  template <class... Values>
+  void say(fmt::format_string<Values...> text, Values&&... values) {
+    fmt::print("{:8.2f} s  ", to_seconds(clock_.now() - begin_));
+    fmt::print(text, std::forward<Values>(values)...);
+    fmt::print("\n");
+    std::fflush(stdout);
+  }
+
+ private:
+  const hal::Clock& clock_;
+  Time begin_;
+  bool said_ = false;
+  std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
+};
+
+Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
+               const LiveStatus& status, const CanTransport& wire, bool rests) {
+  const runtime::BusLoopCounters& bus = session.bus_loop().counters();
+  const hal::CanBusStats can = wire.bus->stats();
+  return {{"robot", robot.name},
+          {"bus", options.bus},
+          {"end", name(session.mission().state())},
+          {"reason", session.mission().reason()},
+          {"at_rest", rests},
+          {"base", {rounded(status.base.x), rounded(status.base.y), rounded(status.base.yaw)}},
+          {"frames",
+           {{"used", status.frames.frames},
+            {"lost", status.frames.lost},
+            {"no_pose", status.frames.no_pose},
+            {"unusable", status.frames.unusable},
+            {"late", status.frames.late}}},
+          {"plans", status.plans},
+          {"replans", status.replans},
+          {"bus_loop",
+           {{"cycles", bus.cycles},
+            {"missed", bus.missed},
+            {"plans_taken", bus.plans_taken},
+            {"plans_late", bus.plans_late},
+            {"walks_ended_early", bus.stops}}},
+          {"can",
+           {{"sent", can.sent},
+            {"received", can.received},
+            {"refused", can.refused},
+            {"lost", can.lost},
+            {"unusable", can.unusable},
+            {"bus_off", can.bus_off},
+            {"gone", can.gone}}}};
+}
+
+void write_map(const LiveSession& session, OutputFolder& folder) {
+  const nav::ColdMap known = session.mapper().everything();
+  runtime::write_durably(folder.file("map.hmap"), [&](std::ostream& out) {
+    nav::write_map_file(known, session.frame_loop().localisation().surfaces(), out);
+  });
+  write_floor(session.mapper().floor(), folder);
+}
+
+int run(Options options) {
+  const Robot robot = read_robot(options.robot);
+  HardwareConfig hardware = robot.hardware;
+  if (!options.bus.empty()) hardware.bus = options.bus;
+  if (!options.left.empty()) hardware.left = options.left;
+  if (!options.right.empty()) hardware.right = options.right;
+  require_complete(hardware, options.robot);
+  options.bus = hardware.bus;
+  hal::ScaledClock clock(options.slower);
+  const CanTransport wire = open_can_transport(hardware.bus, clock);
+  const auto camera = open_cameras(hardware, robot.rig, clock);
+  runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
+  LiveSession session(robot, live_options(options, hardware), *wire.bus, eyes, clock);
+  std::optional<OutputFolder> out;
+  if (!options.out.empty())
+    out.emplace(options.out, "run",
+                std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
+
+  const Interrupts interrupts;
+  Log log(clock);
+  std::unique_ptr<runtime::Thread> adapter;
+  if (wire.serve)
+    adapter = std::make_unique<runtime::Thread>(runtime::ThreadId::kUsb, [&](const std::atomic<bool>& stop) {
+      while (!stop) wire.serve(seconds(0.1));
+    });
+  session.start();
+  if (!session.refusal().empty()) log.say("{}; see docs/bring-up.md", session.refusal());
+  LiveStatus status;
+  std::optional<std::string> failure;
+  bool over = false;
+  while (!over && !interrupts.asked() && !failure) {
+    if (session.look(status)) log.see(status);
+    over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
+    failure = session.failure();
+    clock.sleep_until(clock.now() + seconds(0.02));
+  }
+  if (interrupts.asked()) log.say("asked to end: comes to rest");
+  const bool rests = session.stop();
+  if (failure) log.say("a loop broke: {}", *failure);
+  log.say("{}", rests ? "at rest" : "it is not known whether the robot rests");
+  if (out) {
+    write_map(session, *out);
+    out->report(report_of(options, robot, session, status, wire, rests));
+    fmt::print("{}\n", out->list());
+  }
+  if (failure) throw Error(*failure);
+  return status.state == runtime::MissionState::kArrived ? kSuccess : kNotReached;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Run& run_command) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "run",
+      "Guide the robot: the whole program on its cameras and its CAN bus, as the robot file's hardware says");
+  command->add_option("robot", options->robot, "Robot file, e.g. config/hrp2/robot.yaml")->required();
+  command->add_option("--goal", options->goal, "Where to go [m, deg], in the map that begins at --start")
+      ->delimiter(',')
+      ->expected(2, 3)
+      ->option_text("X,Y[,YAW]")
+      ->check(finite_in(-500, 500));
+  command->add_option("--start", options->start, "Where the robot stands in the map [m, deg]")
+      ->delimiter(',')
+      ->expected(2, 3)
+      ->option_text("X,Y[,YAW]")
+      ->check(finite_in(-500, 500));
+  command->add_option("--floor", options->floor, "Size of the floor in use, around the start [m]")
+      ->delimiter(',')
+      ->expected(2)
+      ->option_text("X,Y")
+      ->check(finite_in(1, 200));
+  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports());
+  command->add_option("--left", options->left, "Left camera, in place of the robot file's");
+  command->add_option("--right", options->right, "Right camera, in place of the robot file's");
+  command->add_option("--out", options->out, kOutHelp);
+  command
+      ->add_option("--slower", options->slower,
+                   "The clock runs so many times slower than real: for a simulated robot only")
+      ->check(finite_in(0.1, 1000))
+      ->capture_default_str();
+  command->footer(
+      "Example: headway run robot.yaml --bus socketcan:can0 --goal 2,0.5 --out build/walk\n"
+      "Without a goal it looks around and waits. Ctrl-C brings the robot to rest, and then ends.\n"
+      "Exit code 0 when the robot arrived.");
+  command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
+}
+
+}  // namespace headway::app

@@ -1,0 +1,61 @@
+#include "app/hardware.h"
+
+#include <string>
+
+#include <fmt/format.h>
+
+#include "config/yaml_limits.h"
+#include "drivers/pixel_format.h"
+#include "drivers/stereo_pair.h"
+#include "hal/error.h"
+
+namespace headway::app {
+
+namespace {
+
+drivers::PixelFormat format_named(const std::string& name) {
+  std::string known;
+  for (const drivers::PixelFormat format : drivers::kPixelFormats) {
+    const std::string text = drivers::code_text(drivers::code_of(format));
+    if (text == name) return format;
+    known += (known.empty() ? "" : ", ") + text;
+  }
+  throw InputError(
+      fmt::format("hardware: cameras: format: '{}', expected one of {}", config::one_line(name), known));
+}
+
+}  // namespace
+
+void require_complete(const HardwareConfig& hardware, const std::filesystem::path& robot_file) {
+  const auto require = [&](const std::string& value, const char* key, const char* option,
+                           const char* example) {
+    if (!value.empty()) return;
+    throw InputError(fmt::format("{}: hardware: {}: is missing, expected {}, here or with {}",
+                                 robot_file.string(), key, example, option));
+  };
+  require(hardware.bus, "bus", "--bus", "the robot's CAN bus, such as socketcan:can0");
+  require(hardware.left, "cameras: left", "--left", "a device file, such as one below /dev/v4l/by-path");
+  require(hardware.right, "cameras: right", "--right", "a device file, such as one below /dev/v4l/by-path");
+}
+
+std::unique_ptr<hal::StereoCamera> open_cameras(const HardwareConfig& hardware, const vision::StereoRig& rig,
+                                                const hal::Clock& clock) {
+  drivers::V4l2CameraConfig eye;
+  eye.format = format_named(hardware.format);
+  eye.rate = hardware.rate;
+  if (hardware.exposure) eye.exposure = seconds(*hardware.exposure);
+  eye.gain = hardware.gain;
+  const auto looking = [&eye](const std::string& path, const vision::CameraIntrinsics& camera) {
+    drivers::V4l2CameraConfig config = eye;
+    config.path = path;
+    config.width = camera.width;
+    config.height = camera.height;
+    return config;
+  };
+  drivers::StereoPairConfig pair;
+  pair.left = looking(hardware.left, rig.left);
+  pair.right = looking(hardware.right, rig.right);
+  return std::make_unique<drivers::StereoPair>(pair, clock);
+}
+
+}  // namespace headway::app

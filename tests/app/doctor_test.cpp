@@ -1,0 +1,112 @@
+#include "app/doctor.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/temporary_folder.h"
+
+namespace headway::app {
+namespace {
+
+using testing::HasSubstr;
+
+/// A machine made of files.
+class MadeUpMachine {
+ public:
+  MadeUpMachine() {
+    write("proc/sys/kernel/osrelease", "6.1.0-test");
+    write("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
+    write("sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "performance");
+    write("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc");
+    facts.root = folder_.path();
+    facts.realtime_priority = 99;
+    facts.locked_memory = std::uint64_t{1} << 30;
+    facts.disk_free = std::uint64_t{1} << 34;
+  }
+  void write(const std::string& file, const std::string& line) const {
+    std::filesystem::create_directories((folder_ / file).parent_path());
+    std::ofstream(folder_ / file) << line << "\n";
+  }
+  Diagnosis examined() const {
+    Diagnosis diagnosis;
+    examine_machine(facts, diagnosis);
+    return diagnosis;
+  }
+  /// The one finding that is not well.
+  Finding complaint() const {
+    const Diagnosis diagnosis = examined();
+    Finding bad;
+    int count = 0;
+    for (const Finding& finding : diagnosis.findings()) {
+      if (finding.verdict == Verdict::kOk) continue;
+      bad = finding;
+      ++count;
+    }
+    EXPECT_EQ(count, 1) << diagnosis.text();
+    return bad;
+  }
+
+  MachineFacts facts;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST(Doctor, HasNothingToSayAgainstAGoodMachine) {
+  const MadeUpMachine machine;
+  EXPECT_EQ(machine.examined().worst(), Verdict::kOk) << machine.examined().text();
+  EXPECT_EQ(machine.examined().json()["verdict"], "ok");
+}
+
+TEST(Doctor, SaysWhichLinesGiveRealTimeRights) {
+  MadeUpMachine machine;
+  machine.facts.realtime_priority = 0;
+  const Finding bad = machine.complaint();
+  EXPECT_EQ(bad.verdict, Verdict::kFail);
+  EXPECT_THAT(bad.remedy, HasSubstr("rtprio 70"));
+  EXPECT_THAT(bad.remedy, HasSubstr("LimitRTPRIO=70"));
+  machine.facts.root_user = true;
+  EXPECT_EQ(machine.examined().worst(), Verdict::kOk);
+}
+
+TEST(Doctor, WarnsOfLittleLockedMemory) {
+  MadeUpMachine machine;
+  machine.facts.locked_memory = 8 << 20;
+  EXPECT_THAT(machine.complaint().remedy, HasSubstr("memlock unlimited"));
+}
+
+TEST(Doctor, WarnsOfAGovernorOfAnyProcessorThatSavesPower) {
+  const MadeUpMachine machine;
+  machine.write("sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
+  EXPECT_THAT(machine.complaint().found, HasSubstr("powersave"));
+}
+
+TEST(Doctor, WarnsOfASlowClock) {
+  const MadeUpMachine machine;
+  machine.write("sys/devices/system/clocksource/clocksource0/current_clocksource", "hpet");
+  EXPECT_EQ(machine.complaint().found, "hpet");
+}
+
+TEST(Doctor, FailsOnAFullDisk) {
+  MadeUpMachine machine;
+  machine.facts.disk_free = 0;
+  EXPECT_EQ(machine.complaint().verdict, Verdict::kFail);
+  machine.facts.disk_free = std::uint64_t{1} << 30;
+  EXPECT_EQ(machine.complaint().verdict, Verdict::kWarn);
+}
+
+TEST(Doctor, WritesALineForEachFindingAndItsRemedyBelow) {
+  Diagnosis diagnosis("bus");
+  diagnosis.ok("state", "error active");
+  diagnosis.fail("drives", "none answers", "switch the head on");
+  EXPECT_EQ(diagnosis.text(),
+            "ok    bus      state: error active\n"
+            "fail  bus      drives: none answers\n"
+            "                 switch the head on\n");
+  EXPECT_EQ(diagnosis.json()["findings"][1]["remedy"], "switch the head on");
+}
+
+}  // namespace
+}  // namespace headway::app
