@@ -28,6 +28,7 @@ void add_characterise(CLI::App& app, Run& run);
 void add_calibrate(CLI::App& app, Run& run);
 void add_rig(CLI::App& app, Run& run);
 void add_run(CLI::App& app, Run& run);
+void add_doctor(CLI::App& app, Run& run);
 void add_node(CLI::App& app, Run& run);
 void add_can(CLI::App& app, Run& run);
 void add_camera(CLI::App& app, Run& run);

@@ -38,8 +38,7 @@ void require_complete(const HardwareConfig& hardware, const std::filesystem::pat
   require(hardware.right, "cameras: right", "--right", "a device file, such as one below /dev/v4l/by-path");
 }
 
-std::unique_ptr<hal::StereoCamera> open_cameras(const HardwareConfig& hardware, const vision::StereoRig& rig,
-                                                const hal::Clock& clock) {
+drivers::StereoPairConfig camera_pair(const HardwareConfig& hardware, const vision::StereoRig& rig) {
   drivers::V4l2CameraConfig eye;
   eye.format = format_named(hardware.format);
   eye.rate = hardware.rate;
@@ -55,7 +54,12 @@ std::unique_ptr<hal::StereoCamera> open_cameras(const HardwareConfig& hardware, 
   drivers::StereoPairConfig pair;
   pair.left = looking(hardware.left, rig.left);
   pair.right = looking(hardware.right, rig.right);
-  return std::make_unique<drivers::StereoPair>(pair, clock);
+  return pair;
+}
+
+std::unique_ptr<hal::StereoCamera> open_cameras(const HardwareConfig& hardware, const vision::StereoRig& rig,
+                                                const hal::Clock& clock) {
+  return std::make_unique<drivers::StereoPair>(camera_pair(hardware, rig), clock);
 }
 
 }  // namespace headway::app

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/robot_file.h"
+#include "drivers/stereo_pair.h"
 #include "hal/camera.h"
 #include "hal/clock.h"
 
@@ -12,6 +13,10 @@ namespace headway::app {
 
 /// Throws InputError that names what is missing, the key in `robot_file` and the option.
 void require_complete(const HardwareConfig& hardware, const std::filesystem::path& robot_file);
+
+/// How the cameras are to be set, for the rig that they are. Throws InputError for a format that is not
+/// known.
+drivers::StereoPairConfig camera_pair(const HardwareConfig& hardware, const vision::StereoRig& rig);
 
 /// The pair as the rig knows it. Throws InputError for what a user can mend.
 std::unique_ptr<hal::StereoCamera> open_cameras(const HardwareConfig& hardware, const vision::StereoRig& rig,

@@ -1,0 +1,100 @@
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/can_transport.h"
+#include "app/commands.h"
+#include "app/doctor.h"
+#include "app/examine_wires.h"
+#include "app/hardware.h"
+#include "hal/clock.h"
+#include "hal/error.h"
+#include "runtime/threads.h"
+
+namespace headway::app {
+
+namespace {
+
+struct Options {
+  std::filesystem::path robot, json;
+  std::string bus, left, right;
+};
+
+constexpr Duration kListen = seconds(4);
+constexpr Duration kLook = seconds(3);
+
+void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnosis) {
+  diagnosis.about("bus");
+  if (name.empty()) {
+    diagnosis.fail("bus", "none is named", "hardware: bus: in the robot file, or --bus");
+    return;
+  }
+  try {
+    hal::MonotonicClock clock;
+    const CanTransport wire = open_can_transport(name, clock);
+    std::unique_ptr<runtime::Thread> adapter;
+    if (wire.serve)
+      adapter =
+          std::make_unique<runtime::Thread>(runtime::ThreadId::kUsb, [&](const std::atomic<bool>& stop) {
+            while (!stop) wire.serve(seconds(0.1));
+          });
+    diagnosis.ok("opened", name);
+    examine_bus(robot, *wire.bus, clock, kListen, diagnosis);
+  } catch (const Error& fault) {
+    diagnosis.fail("opened", "not " + name, fault.what());
+  }
+}
+
+void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnosis& diagnosis) {
+  diagnosis.about("eyes");
+  if (hardware.left.empty() || hardware.right.empty()) {
+    diagnosis.fail(
+        "cameras", "none are named",
+        "hardware: cameras: left and right in the robot file, or --left and --right; 'headway camera list'");
+    return;
+  }
+  try {
+    hal::MonotonicClock clock;
+    examine_cameras(look_through(camera_pair(hardware, robot.rig), kLook, clock, drivers::kernel_calls()),
+                    hardware, diagnosis);
+  } catch (const Error& fault) {
+    diagnosis.fail("opened", "not both", fault.what());
+  }
+}
+
+int run(const Options& options) {
+  const Robot robot = read_robot(options.robot);
+  HardwareConfig hardware = robot.hardware;
+  if (!options.bus.empty()) hardware.bus = options.bus;
+  if (!options.left.empty()) hardware.left = options.left;
+  if (!options.right.empty()) hardware.right = options.right;
+  Diagnosis diagnosis;
+  examine_machine(MachineFacts::of_this_machine(), diagnosis);
+  look_at_bus(robot, hardware.bus, diagnosis);
+  look_at_cameras(robot, hardware, diagnosis);
+  fmt::print("{}", diagnosis.text());
+  if (!options.json.empty()) write_json(options.json, diagnosis.json());
+  return diagnosis.worst() == Verdict::kFail ? kNotReached : kSuccess;
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, Run& run_command) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("doctor",
+                                         "Look at machine, bus, head, control computer and cameras: what is "
+                                         "well, and what to do about the rest");
+  command->add_option("robot", options->robot, "Robot file, e.g. config/hrp2/robot.yaml")->required();
+  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports());
+  command->add_option("--left", options->left, "Left camera, in place of the robot file's");
+  command->add_option("--right", options->right, "Right camera, in place of the robot file's");
+  command->add_option("--json", options->json, "Also write the findings into this file");
+  command->footer(
+      "The head's drives are switched on and hold where they are; nothing walks.\n"
+      "A line for each finding: ok, warn or fail, with what to do below it. Exit code 0 unless something "
+      "failed.");
+  command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
+}
+
+}  // namespace headway::app

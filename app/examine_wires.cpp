@@ -1,0 +1,213 @@
+#include "app/examine_wires.h"
+
+#include <array>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+#include "app/loop_configs.h"
+#include "drivers/can_walker.h"
+#include "drivers/cia402_head.h"
+
+namespace headway::app {
+
+namespace {
+
+constexpr double kBitRate = 500e3;  // of docs/bus.md [bit/s]
+constexpr Duration kCycle = seconds(0.005);
+
+/// A classic frame on the wire, stuffed as badly as can be.
+double bits_of(const hal::CanFrame& frame) {
+  const int data = 8 * frame.dlc;
+  return 47 + data + (34 + data - 1) / 4;
+}
+
+/// The bus as the bus loop uses it, and what was on it.
+class Listening final : public hal::CanBus {
+ public:
+  explicit Listening(hal::CanBus& bus) : bus_(bus) {}
+  bool send(const hal::CanFrame& frame) noexcept override {
+    const bool sent = bus_.send(frame);
+    if (sent) bits_ += bits_of(frame);
+    return sent;
+  }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    const std::size_t count = bus_.receive(into);
+    for (const hal::CanFrame& frame : into.first(count)) bits_ += bits_of(frame);
+    heard_ += count;
+    return count;
+  }
+  hal::CanBusState state() const noexcept override { return bus_.state(); }
+  hal::CanBusStats stats() const noexcept override { return bus_.stats(); }
+  double bits() const { return bits_; }
+  std::uint64_t heard() const { return heard_; }
+
+ private:
+  hal::CanBus& bus_;
+  double bits_ = 0;
+  std::uint64_t heard_ = 0;
+};
+
+const char* text_of(hal::CanBusState state) {
+  switch (state) {
+    case hal::CanBusState::kErrorActive:
+      return "error active";
+    case hal::CanBusState::kErrorWarning:
+      return "error warning";
+    case hal::CanBusState::kErrorPassive:
+      return "error passive";
+    case hal::CanBusState::kBusOff:
+      return "off the bus";
+    case hal::CanBusState::kGone:
+      return "gone";
+  }
+  return "?";
+}
+
+void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
+  into.about("bus");
+  const hal::CanBusStats stats = bus.stats();
+  const char* wiring =
+      "look at the wiring, at 60 ohms between CAN_H and CAN_L, and at the bit rate of all that is on it";
+  const std::string state = fmt::format("{}; {} frames heard, {} lost, {} unusable", text_of(stats.state),
+                                        bus.heard(), stats.lost, stats.unusable);
+  if (stats.state == hal::CanBusState::kErrorActive)
+    into.ok("state", state);
+  else if (stats.state == hal::CanBusState::kErrorWarning)
+    into.warn("state", state, wiring);
+  else
+    into.fail("state", state, wiring);
+  const double load = bus.bits() / kBitRate / to_seconds(time);
+  const std::string found = fmt::format("{:.0f} % at most", 100 * load);
+  if (bus.heard() == 0)
+    into.fail("load", "nothing was heard", wiring);
+  else if (load > 0.6)
+    into.warn("load", found,
+              "see with 'headway can dump' who sends so much: frames of low priority come late above 60 %");
+  else
+    into.ok("load", found);
+}
+
+std::string trouble_of(const drivers::DriveReport& drive) {
+  switch (drive.failure) {
+    case drivers::DriveFailure::kNone:
+      return drive.phase == drivers::DrivePhase::kRunning ? "runs" : "is still being set up";
+    case drivers::DriveFailure::kSetupTimedOut:
+      return "does not answer";
+    case drivers::DriveFailure::kSetupRefused:
+      return fmt::format("refuses object {:04X}:{:02X} (abort code {:08X})", drive.object.index,
+                         drive.object.sub, drive.abort_code);
+    case drivers::DriveFailure::kSetupReadsDifferent:
+      return fmt::format("does not keep object {:04X}:{:02X}", drive.object.index, drive.object.sub);
+    case drivers::DriveFailure::kStateTimedOut:
+      return "does not come to Operation enabled";
+    case drivers::DriveFailure::kSetPointTimedOut:
+      return "does not acknowledge set-points";
+    case drivers::DriveFailure::kDriveFault:
+      return "reports a fault";
+    case drivers::DriveFailure::kEmergency:
+      return fmt::format("sent emergency {:04X}", drive.emergency_code);
+    case drivers::DriveFailure::kGone:
+      return "went silent: its heartbeat stays away";
+  }
+  return "?";
+}
+
+void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveReport& drive, Diagnosis& into) {
+  const std::string what = fmt::format("{} drive, node 0x{:02X}", joint, node), found = trouble_of(drive);
+  if (drive.phase == drivers::DrivePhase::kRunning && drive.failure == drivers::DriveFailure::kNone)
+    into.ok(what, found);
+  else if (drive.failure == drivers::DriveFailure::kSetupTimedOut ||
+           drive.failure == drivers::DriveFailure::kGone)
+    into.fail(what, found, "switch the head on; look at its node number and at the bit rate of its bus");
+  else
+    into.fail(what, found, "its manual says what that means; docs/bus.md says what it must be able to do");
+}
+
+void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
+  into.about("walker");
+  switch (walker.health()) {
+    case hal::WalkerHealth::kReady:
+      into.ok("control computer", "sends status and chest pose");
+      break;
+    case hal::WalkerHealth::kNoChest:
+      into.fail("control computer", "sends its status, and no chest pose",
+                "it must send CTL_ChestXY and CTL_ChestZRot every 20 ms (docs/bus.md)");
+      break;
+    case hal::WalkerHealth::kStarting:
+    case hal::WalkerHealth::kLost:
+      into.fail("control computer",
+                walker.health() == hal::WalkerHealth::kLost ? "went silent" : "is not heard",
+                "start its program; it must send CTL_WalkStatus every 20 ms (docs/bus.md)");
+      break;
+  }
+  const drivers::WalkerCounts counts = walker.counts();
+  const std::uint32_t bad = counts.wrong_crc + counts.repeated + counts.wrong_sequence + counts.undeclared;
+  if (bad > 0)
+    into.warn("frames",
+              fmt::format("{} with a wrong CRC, {} repeated, {} out of sequence, {} undeclared",
+                          counts.wrong_crc, counts.repeated, counts.wrong_sequence, counts.undeclared),
+              "both sides must mean the same config/can/headway.dbc; see 'headway can dump'");
+  if (walker.clock_is_synchronised())
+    into.ok("clock", "heard");
+  else
+    into.warn("clock", "CTL_Time is not heard", "it must send CTL_Time every second (docs/bus.md)");
+}
+
+}  // namespace
+
+void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into) {
+  Listening bus(wire);
+  const drivers::HeadConfig config = head_config(robot);
+  drivers::Cia402Head head(bus, config);
+  drivers::CanWalker walker(bus);
+  std::array<hal::CanFrame, 32> frames;
+  const Time begin = clock.now();
+  for (Time next = begin; next - begin < time; next += kCycle) {
+    clock.sleep_until(next);
+    while (const std::size_t count = bus.receive(frames))
+      for (const hal::CanFrame& frame : std::span(frames).first(count)) {
+        head.receive(frame);
+        walker.receive(frame);
+      }
+    head.tick(clock.now());
+    walker.tick(clock.now());
+  }
+  judge_bus(bus, time, into);
+  into.about("head");
+  judge_drive("pan", config.pan_node, head.pan(), into);
+  judge_drive("tilt", config.tilt_node, head.tilt(), into);
+  judge_walker(walker, into);
+}
+
+void examine_cameras(const CameraLook& look, const HardwareConfig& wanted, Diagnosis& into) {
+  into.about("eyes");
+  for (const EyeLook& eye : look.eyes) {
+    const std::string what = fmt::format("{} camera", eye.name);
+    const std::string found =
+        fmt::format("{}, {:.1f} frames/s, {} lost, {} damaged{}{}", hal::text_of(eye.stats.state), eye.rate,
+                    eye.stats.lost, eye.stats.damaged, eye.fault.empty() ? "" : "; ", eye.fault);
+    if (eye.stats.state != hal::CameraState::kStreaming)
+      into.fail(what, found, "look at its plug, and at 'headway camera list'");
+    else if (eye.rate < 0.9 * wanted.rate)
+      into.warn(what, found,
+                fmt::format(
+                    "{} frames/s are asked for: a longer exposure than {:.1f} ms, or two cameras on one USB "
+                    "controller, keep it from that",
+                    wanted.rate, 1e3 / wanted.rate));
+    else
+      into.ok(what, found);
+  }
+  if (!look.pair) return;
+  const double apart = to_seconds(look.pair->exposure_gap) * 1e3;
+  const std::string found = fmt::format("{}; {:.1f} pairs/s, right {:+.1f} ms after left",
+                                        hal::text_of(look.pair->state), look.pair->rate, apart);
+  if (look.pair->state != hal::CameraState::kStreaming)
+    into.fail("pair", found, "the eyes must be triggered together, or run at the same rate");
+  else if (std::abs(apart) > 2)
+    into.warn("pair", found, "a head that turns meanwhile errs in depth: trigger both eyes together");
+  else
+    into.ok("pair", found);
+}
+
+}  // namespace headway::app

@@ -1,0 +1,109 @@
+// The doctor at the simulated robot's bus, and at cameras that are made up.
+#include "app/examine_wires.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/node_session.h"
+#include "tests/source_dir/source_dir.h"
+
+namespace headway::app {
+namespace {
+
+using testing::HasSubstr;
+
+sim::World floor_only() {
+  sim::World world;
+  world.name = "floor";
+  world.floor = {{0, 0}, {4, 4}};
+  return world;
+}
+
+/// The robot behind its bus; it moves as the clock does.
+struct Patient final : hal::CanBus {
+  bool send(const hal::CanFrame& frame) noexcept override { return !cut && node.bus().send(frame); }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    node.catch_up(clock.now());
+    return cut ? 0 : node.bus().receive(into);
+  }
+  hal::CanBusState state() const noexcept override { return wire_state; }
+
+  Diagnosis examined() {
+    Diagnosis diagnosis;
+    examine_bus(robot, *this, clock, seconds(4), diagnosis);
+    return diagnosis;
+  }
+
+  hal::ManualClock clock;
+  Robot robot = read_robot(source_dir() / "config/hrp2/robot.yaml");
+  NodeSession node{robot, floor_only(), {}, true, clock.now()};
+  bool cut = false;
+  hal::CanBusState wire_state = hal::CanBusState::kErrorActive;
+};
+
+TEST(ExamineBus, FindsAWellRobotWell) {
+  Patient patient;
+  const Diagnosis diagnosis = patient.examined();
+  EXPECT_EQ(diagnosis.worst(), Verdict::kOk) << diagnosis.text();
+  EXPECT_THAT(diagnosis.text(), HasSubstr("pan drive, node 0x11: runs"));
+  EXPECT_EQ(patient.node.body().path_walked(), 0) << "the doctor walks nobody";
+}
+
+TEST(ExamineBus, SaysThatNothingIsHeardWhereTheWireIsCut) {
+  Patient patient;
+  patient.cut = true;
+  const std::string text = patient.examined().text();
+  EXPECT_THAT(text, HasSubstr("fail  bus      load: nothing was heard"));
+  EXPECT_THAT(text, HasSubstr("tilt drive, node 0x12: does not answer"));
+  EXPECT_THAT(text, HasSubstr("control computer: is not heard"));
+  EXPECT_THAT(text, HasSubstr("60 ohms"));
+}
+
+TEST(ExamineBus, FailsABusThatIsOff) {
+  Patient patient;
+  patient.wire_state = hal::CanBusState::kBusOff;
+  EXPECT_THAT(patient.examined().text(), HasSubstr("fail  bus      state: off the bus"));
+}
+
+CameraLook two_good_eyes() {
+  CameraLook look;
+  for (const char* name : {"left", "right"}) {
+    EyeLook eye;
+    eye.name = name;
+    eye.stats.state = hal::CameraState::kStreaming;
+    eye.rate = 15;
+    look.eyes.push_back(eye);
+  }
+  look.pair.emplace();
+  look.pair->state = hal::CameraState::kStreaming;
+  look.pair->rate = 15;
+  return look;
+}
+
+Diagnosis examined(const CameraLook& look) {
+  Diagnosis diagnosis;
+  examine_cameras(look, {}, diagnosis);
+  return diagnosis;
+}
+
+TEST(ExamineCameras, FindsGoodEyesWell) {
+  EXPECT_EQ(examined(two_good_eyes()).worst(), Verdict::kOk) << examined(two_good_eyes()).text();
+}
+
+TEST(ExamineCameras, NamesTheEyeThatIsGoneSlowOrOutOfStep) {
+  CameraLook gone = two_good_eyes();
+  gone.eyes[1].stats.state = hal::CameraState::kGone;
+  EXPECT_EQ(examined(gone).worst(), Verdict::kFail);
+  EXPECT_THAT(examined(gone).text(), HasSubstr("fail  eyes     right camera: gone"));
+  CameraLook slow = two_good_eyes();
+  slow.eyes[0].rate = 7.5;
+  EXPECT_EQ(examined(slow).worst(), Verdict::kWarn);
+  EXPECT_THAT(examined(slow).text(), HasSubstr("left camera: streaming, 7.5 frames/s"));
+  CameraLook apart = two_good_eyes();
+  apart.pair->exposure_gap = seconds(0.004);
+  EXPECT_THAT(examined(apart).text(), HasSubstr("right +4.0 ms after left"));
+  EXPECT_EQ(examined(apart).worst(), Verdict::kWarn);
+}
+
+}  // namespace
+}  // namespace headway::app
