@@ -21,6 +21,14 @@ CanopenPlace canopen_place(std::uint32_t id) noexcept {
   return {kOfNodes[code], static_cast<int>(node)};
 }
 
+DecodedCounts& DecodedCounts::operator+=(const DecodedCounts& other) noexcept {
+  for (const auto count : {&DecodedCounts::frames, &DecodedCounts::unknown, &DecodedCounts::undeclared,
+                           &DecodedCounts::wrong_crc, &DecodedCounts::repeated,
+                           &DecodedCounts::wrong_sequence, &DecodedCounts::lost})
+    this->*count += other.*count;
+  return *this;
+}
+
 CanDecoder::CanDecoder() {
   for (const bus::MessageInfo& m : bus::messages())
     if (m.data_id != 0) checkers_.emplace(m.id, bus::ProtectionChecker(m.data_id));

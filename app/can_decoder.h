@@ -41,6 +41,8 @@ struct DecodedCounts {
   std::uint64_t undeclared = 0;           ///< known, but of another length or with other values
   std::uint64_t wrong_crc = 0, repeated = 0, wrong_sequence = 0;
   std::uint64_t lost = 0;  ///< that never came, told by the counter
+
+  DecodedCounts& operator+=(const DecodedCounts& other) noexcept;
 };
 
 /// Frames of one bus, in order: the counters are followed.

@@ -104,7 +104,7 @@ std::optional<LoggedFrame> CandumpLog::next() {
   for (std::string line; std::getline(in_, line);) {
     ++line_;
     if (std::all_of(line.begin(), line.end(), [](unsigned char c) { return std::isspace(c) != 0; })) continue;
-    if (const auto frame = read(line)) return frame;
+    if (auto frame = read(line)) return frame;
     throw InputError(fmt::format(
         "{}:{}: '{}' is no classic CAN frame, expected '(seconds) interface id#data' as candump -l writes",
         file_.string(), line_, config::one_line(line, 60)));

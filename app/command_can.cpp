@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -95,8 +96,9 @@ class Printer {
 
   void print(const LoggedFrame& f) {
     const bool known = f.kind == LoggedFrame::Kind::kData;
+    ++printed_;
     if (!known) ++strange_;
-    const DecodedFrame decoded = known ? decoder_.decode(f.frame) : DecodedFrame{};
+    const DecodedFrame decoded = known ? decoders_[f.bus].decode(f.frame) : DecodedFrame{};
     const std::string stamp = fmt::format("{}.{:06}", f.stamp / std::chrono::seconds(1),
                                           f.stamp % std::chrono::seconds(1) / std::chrono::microseconds(1));
     if (!json_) {
@@ -116,23 +118,24 @@ class Printer {
     fmt::print("{}\n", line.dump());
   }
 
-  std::uint64_t printed() const { return decoder_.counts().frames + strange_; }
+  std::uint64_t printed() const { return printed_; }
 
   /// On stderr, so that it is in no pipe's way.
   void sum_up() const {
-    const DecodedCounts c = decoder_.counts();
+    DecodedCounts c;
+    for (const auto& [bus, decoder] : decoders_) c += decoder.counts();
     fmt::print(stderr,
                "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
                "sequence, {} lost by "
                "their counters, {} of other kinds\n",
-               printed(), c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost,
+               printed_, c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost,
                strange_);
   }
 
  private:
   bool json_;
-  CanDecoder decoder_;
-  std::uint64_t strange_ = 0;
+  std::map<std::string, CanDecoder> decoders_;  ///< of each bus: a log may hold several
+  std::uint64_t printed_ = 0, strange_ = 0;
 };
 
 const char* name_of(hal::CanBusState state) {

@@ -66,7 +66,7 @@ bool SlcanReader::read_frame(std::string_view line) noexcept {
   const auto id = number_of(line.substr(1, kIdDigits));
   const auto dlc = number_of(line.substr(1 + kIdDigits, 1));
   if (!id || *id > kHighestId || !dlc || *dlc > 8) return false;
-  const std::size_t end = kData + 2 * *dlc;
+  const std::size_t end = kData + std::size_t{2} * *dlc;
   if (line.size() != end && line.size() != end + kStampDigits) return false;
   if (!number_of(line.substr(end))) return false;
   hal::CanFrame frame{.id = *id, .dlc = static_cast<std::uint8_t>(*dlc)};

@@ -1,7 +1,10 @@
 // headway can dump as a user calls it: from a log and from a bus, as text and as JSON.
-#include <array>
+#include <algorithm>
+#include <cctype>
+#include <sstream>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -61,6 +64,15 @@ TEST_F(CanDump, TellsWhichProtectedFramesMayNotBeUsed) {
     EXPECT_THAT(line, AllOf(HasSubstr("VIS_StepCommand"), HasSubstr(verdict), HasSubstr("  Dx 0.25 m  ")));
   }
   EXPECT_THAT(outcome.error, HasSubstr("1 with a wrong CRC, 1 repeated, 1 out of sequence, 1 lost"));
+}
+
+TEST_F(CanDump, FollowsTheCountersOfEachBus) {
+  std::string other = step_line(4);
+  other.replace(other.find("can0"), 4, "can1");
+  const Outcome outcome = dump(step_line(3) + other + step_line(4));
+  EXPECT_THAT(outcome.said, Not(HasSubstr("repeated")));
+  EXPECT_THAT(outcome.error,
+              AllOf(HasSubstr("3 frames"), HasSubstr("0 repeated, 0 out of sequence, 0 lost")));
 }
 
 TEST_F(CanDump, NamesWhatTheContractDoesNotKnowByCanopen) {

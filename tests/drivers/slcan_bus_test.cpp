@@ -195,8 +195,13 @@ TEST_F(SlcanBusTest, SeesByWritingTooThatItIsPulledOut) {
   pty_->unplug();
   const Deadline deadline = soon();
   while (bus().state() != CanBusState::kGone && !deadline.passed()) EXPECT_FALSE(bus().send(kFrame));
-  EXPECT_EQ(bus().state(), CanBusState::kGone);
+  ASSERT_EQ(bus().state(), CanBusState::kGone);
   EXPECT_EQ(bus().stats().gone, 1u);
+  plug();
+  bus().serve(1s);
+  ASSERT_TRUE(bus().send(kFrame));
+  const std::string expected = std::string(kGreeting) + std::string(kFrameLine);
+  EXPECT_EQ(pty_->read(expected.size(), soon()), expected) << "the rest of an old line is stale";
 }
 
 TEST_F(SlcanBusTest, TriesAgainAfterHalfASecondAndThenEverLessOften) {

@@ -88,6 +88,41 @@ TEST(SocketCanBus, ForgetsWhatTheOldControllerSaid) {
   EXPECT_EQ(bench.bus().stats().bus_off, 1u) << "counts only grow";
 }
 
+TEST(SocketCanBus, ForgetsThatTheOldQueueWasFull) {
+  Bench bench;
+  bench.kernel.room = 0;
+  bench.bus().send(kFrame);
+  bench.clock.advance(100ms);
+  bench.bus().send(kFrame);
+  ASSERT_EQ(bench.bus().state(), CanBusState::kBusOff);
+  bench.kernel.unplug();
+  bench.received();
+  bench.kernel.plug(4);
+  bench.clock.advance(500ms);
+  bench.received();
+  EXPECT_EQ(bench.bus().state(), CanBusState::kErrorActive);
+  bench.bus().send(kFrame);
+  EXPECT_EQ(bench.bus().state(), CanBusState::kErrorActive) << "the new one is full since this moment only";
+}
+
+TEST(SocketCanBus, CountsWhatEachSocketLost) {
+  Bench bench;
+  bench.bus();
+  const auto lose = [&](std::uint32_t frames) {
+    bench.kernel.set_dropped(frames);
+    bench.kernel.arrive(0x130);
+    bench.received();
+  };
+  lose(7);
+  bench.kernel.unplug();
+  bench.received();
+  bench.kernel.plug(4);
+  bench.clock.advance(500ms);
+  bench.received();
+  lose(5);
+  EXPECT_EQ(bench.bus().stats().lost, 12u);
+}
+
 TEST(SocketCanBus, LeaksNoDescriptor) {
   Bench bench;
   for (int i = 0; i < 10'000; ++i) {

@@ -237,6 +237,27 @@ TEST_F(CanOnAKernel, KnowsHowManyItLost) {
   EXPECT_EQ(received + bus.stats().lost, kFrames + 1);
 }
 
+TEST_F(CanOnAKernel, NeverWaitsForAFullQueue) {
+  constexpr std::size_t kRoom = 5;
+  hal::ManualClock clock;
+  SocketCanBus bus({.interface = interface()}, clock);
+  // A bus on which nothing gets away: the kernel holds frames back for minutes, and no more than a few.
+  ASSERT_EQ(run({"tc", "qdisc", "add", "dev", interface(), "root", "netem", "delay", "200s", "limit",
+                 std::to_string(kRoom)}),
+            0);
+  std::size_t sent = 0;
+  while (sent < 100 && bus.send({.id = 1})) ++sent;
+  EXPECT_EQ(sent, kRoom);
+  EXPECT_EQ(bus.state(), CanBusState::kErrorActive);
+  clock.advance(100ms);
+  EXPECT_FALSE(bus.send({.id = 1}));
+  EXPECT_EQ(bus.state(), CanBusState::kBusOff);
+  ASSERT_EQ(run({"tc", "qdisc", "del", "dev", interface(), "root"}), 0);
+  EXPECT_TRUE(bus.send({.id = 1}));
+  EXPECT_EQ(bus.state(), CanBusState::kErrorActive);
+  EXPECT_EQ(bus.stats().bus_off, 1u);
+}
+
 TEST_F(CanOnAKernel, ComesBackWhenTheInterfaceDoes) {
   hal::ManualClock clock;
   clock.set(clock_.now());
