@@ -26,9 +26,7 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
       clock_(clock),
       mailbox_(mailbox),
       adapter_(std::make_unique<GsUsbAdapter>(usb, config)),
-      transfers_(std::make_unique<Transfers>()),
-      asks_clock_(adapter_->has_clock()),
-      asks_state_(adapter_->tells_state()) {
+      transfers_(std::make_unique<Transfers>()) {
   UsbTransfer::Owner& owner = *this;
   for (std::size_t i = 0; i < kReads; ++i) {
     transfers_->reads.emplace_back(usb, adapter_->handle(), adapter_->endpoint_in(), owner);
@@ -44,11 +42,10 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
   }
   mailbox_.discard_outgoing();
   take_state({});
-  look();
-  // What it did not answer now it need not know: firmware differs. It is not asked again.
-  asks_clock_ = asks_clock_ && adapter_clock_.is_set();
-  asks_state_ = asks_state_ && unanswered_ == 0;
-  unanswered_ = 0;
+  // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
+  asks_clock_ = adapter_->has_clock() && read_clock();
+  asks_state_ = adapter_->tells_state() && read_state();
+  next_look_ = clock_.now() + kLookEvery;
 }
 
 void GsUsbLink::serve(int bell, Duration longest) noexcept {
@@ -57,7 +54,8 @@ void GsUsbLink::serve(int bell, Duration longest) noexcept {
   keep_reading();
   write_waiting();
   if (ended_) return;
-  if (usb_.handle_events(adapter_->context(), bell, std::min(longest, kLongestWait)) < 0) ended_ = true;
+  const int result = usb_.handle_events(adapter_->context(), bell, std::min(longest, kLongestWait));
+  if (result < 0 && result != LIBUSB_ERROR_INTERRUPTED) ended_ = true;
 }
 
 // --- what comes back ---
@@ -166,20 +164,23 @@ void GsUsbLink::settle_if_done(Slot& slot) noexcept {
 
 void GsUsbLink::look() noexcept {
   next_look_ = clock_.now() + kLookEvery;
-  bool answered = true;
-  if (asks_clock_) {
-    const Time asked = clock_.now();
-    const auto us = adapter_->timestamp();
-    if (us) adapter_clock_.set(*us, asked, clock_.now());
-    answered = us.has_value();
-  }
-  if (asks_state_) {
-    const auto state = adapter_->controller_state();
-    if (state) take_state(*state);
-    answered = answered && state;
-  }
-  unanswered_ = answered ? 0 : unanswered_ + 1;
+  const bool clock_is_known = !asks_clock_ || read_clock();
+  const bool state_is_known = !asks_state_ || read_state();
+  unanswered_ = clock_is_known && state_is_known ? 0 : unanswered_ + 1;
   if (unanswered_ >= kMostUnanswered) ended_ = true;
+}
+
+bool GsUsbLink::read_clock() noexcept {
+  const Time asked = clock_.now();
+  const auto us = adapter_->timestamp();
+  if (us) adapter_clock_.set(*us, asked, clock_.now());
+  return us.has_value();
+}
+
+bool GsUsbLink::read_state() noexcept {
+  const auto state = adapter_->controller_state();
+  if (state) take_state(*state);
+  return state.has_value();
 }
 
 bool GsUsbLink::needs_restart() const noexcept {
@@ -206,7 +207,6 @@ void GsUsbLink::restart() noexcept {
   take_state({});
 }
 
-/// Calls all transfers back and gives the frames in them up. False when some did not come.
 bool GsUsbLink::recall() noexcept {
   for (UsbTransfer& read : transfers_->reads) read.cancel();
   for (Slot& slot : transfers_->slots) slot.transfer.cancel();

@@ -61,8 +61,11 @@ class GsUsbLink final : private UsbTransfer::Owner {
   void settle_if_done(Slot& slot) noexcept;
 
   void look() noexcept;
+  bool read_clock() noexcept;
+  bool read_state() noexcept;
   bool needs_restart() const noexcept;
   void restart() noexcept;
+  /// Calls all transfers back and gives up the frames in them. False when some did not come back in time.
   bool recall() noexcept;
   bool any_under_way() const noexcept;
   void close() noexcept;
@@ -78,7 +81,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   gs_usb::ControllerState controller_;
   Time restarted_{}, off_since_{};
   AdapterClock adapter_clock_;
-  bool asks_clock_, asks_state_;
+  bool asks_clock_ = false, asks_state_ = false;
   int unanswered_ = 0;
   Time next_look_{}, last_stamp_{};
 };

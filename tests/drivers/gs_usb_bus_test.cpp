@@ -203,8 +203,18 @@ TEST_F(GsUsb, StampsFramesOnArrivalWhereTheClockCannotBeAsked) {
   const Time before = clock.now();
   serve();
   EXPECT_GE(received().at(0).stamp, before);
+  adapter.state = {1, 0, 100};
   serve(10);
+  EXPECT_EQ(bus->state(), CanBusState::kErrorWarning) << "its state can be";
   EXPECT_EQ(bus->stats().gone, 0u) << "firmware without the request is no broken adapter";
+}
+
+TEST_F(GsUsb, NeedsNoAdapterThatTellsItsState) {
+  adapter.refuses = 14;
+  open();
+  serve(10);
+  EXPECT_EQ(bus->stats().gone, 0u);
+  EXPECT_TRUE(works());
 }
 
 // --- which adapter ---

@@ -88,6 +88,14 @@ TEST_F(GsUsbFaults, AClockThatIsNoneIsNotBelieved) {
   EXPECT_LT(std::chrono::abs(received().at(0).stamp - on_the_bus), milliseconds(1));
 }
 
+TEST_F(GsUsbFaults, ASignalIsNoFault) {
+  open();
+  usb.interruptions = 3;
+  serve();
+  EXPECT_TRUE(works());
+  EXPECT_EQ(bus->stats().gone, 0u);
+}
+
 TEST_F(GsUsbFaults, ReadsThatBreakEndTheConnectionAndTheNextIsGood) {
   open();
   serve(6);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <memory>
 #include <set>
@@ -50,6 +49,7 @@ class ScriptedUsb final : public UsbCalls {
   /// Times at which somebody looked for adapters.
   std::vector<Time> searches;
   bool fails_to_start = false, has_no_memory = false;
+  int interruptions = 0;     ///< of waiting by a signal, how many more
   bool waits_truly = false;  ///< for 1 ms or the bell, where threads are what is tested
 
   /// What was taken and not given back.
@@ -204,6 +204,10 @@ class ScriptedUsb final : public UsbCalls {
   }
   int handle_events(libusb_context*, int bell, Duration longest) noexcept override {
     count();
+    if (interruptions > 0) {
+      --interruptions;
+      return LIBUSB_ERROR_INTERRUPTED;
+    }
     if (deliver()) return 0;
     pollfd rings{bell, POLLIN, 0};
     if (poll(&rings, 1, waits_truly ? 1 : 0) == 0) clock_.advance(longest);
@@ -304,7 +308,7 @@ class ScriptedUsb final : public UsbCalls {
     const auto bytes = adapter.outbox.front();
     adapter.outbox.pop_front();
     const std::size_t n = std::min(bytes.size(), static_cast<std::size_t>(t.length));
-    std::memcpy(t.buffer, bytes.data(), n);
+    std::copy_n(bytes.begin(), n, t.buffer);
     t.actual_length = static_cast<int>(n);
     t.status = n < bytes.size() ? LIBUSB_TRANSFER_OVERFLOW : LIBUSB_TRANSFER_COMPLETED;
     return true;
