@@ -13,7 +13,7 @@ using hal::CanBusState;
 namespace {
 
 constexpr Duration kLongestWait = std::chrono::milliseconds(10);  ///< so that what is overdue is seen
-constexpr Duration kRecallTimeout = std::chrono::seconds(1);
+constexpr int kRecallRounds = 200;  ///< of kLongestWait where nothing comes back: two seconds
 constexpr Duration kOldestFrame = std::chrono::seconds(1);  ///< a stamp before that is no time of a frame
 constexpr int kMostUnanswered = 3;
 constexpr int kNoBell = -1;
@@ -45,10 +45,12 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
   // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
   asks_clock_ = adapter_->has_clock() && read_clock();
   asks_state_ = adapter_->tells_state() && read_state();
-  next_look_ = clock_.now() + kLookEvery;
+  served_last_ = clock_.now();
+  next_look_ = served_last_ + kLookEvery;
 }
 
 void GsUsbLink::serve(int bell, Duration longest) noexcept {
+  count_time();
   if (needs_restart()) restart();
   if (clock_.now() >= next_look_) look();
   keep_reading();
@@ -103,8 +105,7 @@ void GsUsbLink::take_echo(std::uint32_t id) noexcept {
 }
 
 void GsUsbLink::take_state(const ControllerState& state) noexcept {
-  if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff)
-    off_since_ = clock_.now();
+  if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff) off_since_ = served_;
   controller_ = state;
   mailbox_.set_state(state.state, state.transmit_errors, state.receive_errors);
 }
@@ -150,7 +151,7 @@ void GsUsbLink::write(std::uint32_t number, const hal::CanFrame& frame) noexcept
   std::copy(bytes.begin(), bytes.end(), slot.transfer.buffer().begin());
   slot.occupied = slot.awaits_echo = true;
   slot.was_sent = false;
-  slot.since = clock_.now();
+  slot.since = served_;
   if (slot.transfer.submit(bytes.size()) < 0) ended_ = true;
 }
 
@@ -183,9 +184,16 @@ bool GsUsbLink::read_state() noexcept {
   return state.has_value();
 }
 
-bool GsUsbLink::needs_restart() const noexcept {
+/// When this thread was held up, that is not the adapter's fault: its answers may lie about, not yet looked
+/// at.
+void GsUsbLink::count_time() noexcept {
   const Time now = clock_.now();
-  const auto is_over = [&](Time since) { return now - since >= config_.echo_timeout; };
+  served_ += std::min<Duration>(now - served_last_, 2 * kLongestWait);
+  served_last_ = now;
+}
+
+bool GsUsbLink::needs_restart() const noexcept {
+  const auto is_over = [&](Duration since) { return served_ - since >= config_.echo_timeout; };
   if (!is_over(restarted_)) return false;
   return stalled_ || (controller_.state == CanBusState::kBusOff && is_over(off_since_)) ||
          std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
@@ -193,7 +201,7 @@ bool GsUsbLink::needs_restart() const noexcept {
 }
 
 void GsUsbLink::restart() noexcept {
-  restarted_ = clock_.now();
+  restarted_ = served_;
   const bool is_reset = adapter_->reset();
   // Halts are cleared while nothing is under way, as the kernel asks.
   const bool is_clear = recall() && (!stalled_ || adapter_->clear_halts());
@@ -210,8 +218,7 @@ void GsUsbLink::restart() noexcept {
 bool GsUsbLink::recall() noexcept {
   for (UsbTransfer& read : transfers_->reads) read.cancel();
   for (Slot& slot : transfers_->slots) slot.transfer.cancel();
-  const Time limit = clock_.now() + kRecallTimeout;
-  while (any_under_way() && clock_.now() < limit) {
+  for (int round = 0; round < kRecallRounds && any_under_way(); ++round) {
     usb_.handle_events(adapter_->context(), kNoBell, kLongestWait);
   }
   for (Slot& slot : transfers_->slots) {
