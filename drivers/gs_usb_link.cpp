@@ -40,7 +40,7 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
     throw Error("USB-CAN adapter '" + config.serial +
                 "': does not start, expected its controller to; unplug it and plug it in anew");
   }
-  mailbox_.discard_outgoing();
+  mailbox_.discard_outgoing();  // meant for the bus as it was before
   take_state({});
   // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
   asks_clock_ = adapter_->has_clock() && read_clock();

@@ -72,6 +72,18 @@ TEST_F(GsUsb, CountsAFrameAsSentOnceItIsOnTheBus) {
   EXPECT_TRUE(received().empty()) << "an echo is no frame of others";
 }
 
+TEST_F(GsUsb, AFrameThatIsHandedOverWhileItWaitsGoesOutAtOnce) {
+  open();
+  Time handed_over{};
+  usb.while_waiting = [&] {
+    handed_over = clock.now();
+    bus->send(frame(0x100));
+  };
+  serve(0.1);
+  ASSERT_EQ(adapter.seen.sent.size(), 1u);
+  EXPECT_LT(adapter.seen.sent[0].stamp - handed_over, microseconds(100));
+}
+
 TEST_F(GsUsb, HandsOverWhatComesIn) {
   open();
   adapter.receive(0x7FF, {9, 8, 7}, 3);
@@ -182,6 +194,17 @@ TEST_F(GsUsb, StampsFramesForHoursAndKeepsTheirOrder) {
     ASSERT_GE(frames[0].stamp, last);
     last = frames[0].stamp;
   }
+}
+
+TEST_F(GsUsb, StampsNoFrameEarlierThanTheOneBefore) {
+  open();
+  adapter.receive(0x100);
+  adapter.us_at_start -= 500;
+  adapter.receive(0x101);
+  serve();
+  const auto frames = received();
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1].stamp, frames[0].stamp);
 }
 
 TEST_F(GsUsb, StampsFramesOnArrivalWhereTheAdapterHasNoClock) {

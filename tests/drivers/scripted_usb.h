@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <poll.h>
@@ -49,8 +51,9 @@ class ScriptedUsb final : public UsbCalls {
   /// Times at which somebody looked for adapters.
   std::vector<Time> searches;
   bool fails_to_start = false, has_no_memory = false;
-  int interruptions = 0;     ///< of waiting by a signal, how many more
-  bool waits_truly = false;  ///< for 1 ms or the bell, where threads are what is tested
+  std::function<void()> while_waiting;  ///< what another thread does then, once
+  int interruptions = 0;                ///< of waiting by a signal, how many more
+  bool waits_truly = false;             ///< for 1 ms or the bell, where threads are what is tested
 
   /// What was taken and not given back.
   struct Held {
@@ -208,6 +211,7 @@ class ScriptedUsb final : public UsbCalls {
       --interruptions;
       return LIBUSB_ERROR_INTERRUPTED;
     }
+    if (while_waiting) std::exchange(while_waiting, nullptr)();
     if (deliver()) return 0;
     pollfd rings{bell, POLLIN, 0};
     if (poll(&rings, 1, waits_truly ? 1 : 0) == 0) clock_.advance(longest);
