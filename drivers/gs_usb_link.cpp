@@ -40,6 +40,7 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
     throw Error("USB-CAN adapter '" + config.serial +
                 "': does not start, expected its controller to; unplug it and plug it in anew");
   }
+  is_open_ = true;
   mailbox_.discard_outgoing();  // meant for the bus as it was before
   take_state({});
   // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
@@ -85,6 +86,7 @@ void GsUsbLink::done(UsbTransfer& transfer) noexcept {
 }
 
 void GsUsbLink::take_in(std::span<const std::uint8_t> bytes) noexcept {
+  if (!is_open_) return;  // left over in an adapter that nobody had closed: nobody knows how old it is
   const auto frame = HostFrame::unpack(bytes);
   if (!frame || frame->channel != config_.channel) return mailbox_.count_unusable();
   if (frame->tells_of_losses()) mailbox_.count_lost();

@@ -78,7 +78,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   std::unique_ptr<GsUsbAdapter> adapter_;
   std::unique_ptr<Transfers> transfers_;
 
-  bool ended_ = false, stalled_ = false;
+  bool is_open_ = false, ended_ = false, stalled_ = false;
   gs_usb::ControllerState controller_;
   Duration served_{};  ///< how long this has been served: the scale on which the adapter can be late
   Time served_last_{};

@@ -48,6 +48,15 @@ TEST_F(GsUsbFaults, AnAdapterThatRefusesOrCutsShortAnAnswerIsNotOpened) {
   EXPECT_TRUE(works());
 }
 
+TEST_F(GsUsbFaults, AnAdapterThatNobodyHadClosedIsTakenOverWithoutTheFramesLeftInIt) {
+  adapter.seen.is_started = true;
+  for (int i = 0; i < 20; ++i) adapter.receive(0x100);
+  open();
+  serve();
+  EXPECT_TRUE(received().empty());
+  EXPECT_TRUE(works());
+}
+
 TEST_F(GsUsbFaults, AMuteAdapterIsGivenUpAfterOneUnansweredRequest) {
   adapter.is_mute = true;
   const Time begin = clock.now();
