@@ -22,7 +22,6 @@ class AdapterClock {
     if (reading_ && half >= uncertainty(answered)) return;
     reading_ = Reading{us, asked + half, half};
   }
-  bool is_set() const noexcept { return reading_.has_value(); }
 
   /// Nothing before it was set. `us` within 35 minutes of the last setting, before or after.
   std::optional<Time> time(std::uint32_t us) const noexcept {

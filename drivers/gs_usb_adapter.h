@@ -29,12 +29,13 @@ struct GsUsbConfig {
   void validate() const;
 };
 
-/// Open from construction on, with its controller reset, until destruction, which resets it again; the USB
-/// device is never reset: both would leave an adapter hung until it is plugged in anew. All calls by one
-/// thread.
+/// Open from construction on, with its controller reset. Destruction resets that again, and nothing ever
+/// resets the USB device: an adapter left running, or reset over USB, is hung until it is plugged in anew.
+/// All calls by one thread.
 ///
 /// A libusb context of its own: a new one lists what is plugged in now, even where nobody tells of changes (a
-/// container, a machine without udev).
+/// container, a machine without udev). Where libusb was built with udev it keeps a thread that listens to
+/// that.
 class GsUsbAdapter {
  public:
   /// Throws Error, with what to do, when there is no such adapter, it may not be used, is used by another

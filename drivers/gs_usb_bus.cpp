@@ -48,7 +48,6 @@ void GsUsbBus::serve_link(Duration longest) noexcept {
   if (!link_->has_ended()) return;
   link_.reset();
   mailbox_.set_state(hal::CanBusState::kGone);
-  mailbox_.discard_outgoing();
   const Time now = clock_.now();
   if (now - opened_ >= config_.longest_pause) {
     pause_ = Duration::zero();

@@ -13,7 +13,7 @@ using hal::CanBusState;
 namespace {
 
 constexpr Duration kLongestWait = std::chrono::milliseconds(10);  ///< so that what is overdue is seen
-constexpr Duration kRecallTimeout = std::chrono::seconds(1);
+constexpr int kRecallRounds = 200;  ///< of kLongestWait where nothing comes back: two seconds
 constexpr Duration kOldestFrame = std::chrono::seconds(1);  ///< a stamp before that is no time of a frame
 constexpr int kMostUnanswered = 3;
 constexpr int kNoBell = -1;
@@ -26,9 +26,7 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
       clock_(clock),
       mailbox_(mailbox),
       adapter_(std::make_unique<GsUsbAdapter>(usb, config)),
-      transfers_(std::make_unique<Transfers>()),
-      asks_clock_(adapter_->has_clock()),
-      asks_state_(adapter_->tells_state()) {
+      transfers_(std::make_unique<Transfers>()) {
   UsbTransfer::Owner& owner = *this;
   for (std::size_t i = 0; i < kReads; ++i) {
     transfers_->reads.emplace_back(usb, adapter_->handle(), adapter_->endpoint_in(), owner);
@@ -42,22 +40,25 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
     throw Error("USB-CAN adapter '" + config.serial +
                 "': does not start, expected its controller to; unplug it and plug it in anew");
   }
-  mailbox_.discard_outgoing();
+  is_open_ = true;
+  mailbox_.discard_outgoing();  // meant for the bus as it was before
   take_state({});
-  look();
-  // What it did not answer now it need not know: firmware differs. It is not asked again.
-  asks_clock_ = asks_clock_ && adapter_clock_.is_set();
-  asks_state_ = asks_state_ && unanswered_ == 0;
-  unanswered_ = 0;
+  // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
+  asks_clock_ = adapter_->has_clock() && read_clock();
+  asks_state_ = adapter_->tells_state() && read_state();
+  served_last_ = clock_.now();
+  next_look_ = served_last_ + kLookEvery;
 }
 
 void GsUsbLink::serve(int bell, Duration longest) noexcept {
+  count_time();
   if (needs_restart()) restart();
   if (clock_.now() >= next_look_) look();
   keep_reading();
   write_waiting();
   if (ended_) return;
-  if (usb_.handle_events(adapter_->context(), bell, std::min(longest, kLongestWait)) < 0) ended_ = true;
+  const int result = usb_.handle_events(adapter_->context(), bell, std::min(longest, kLongestWait));
+  if (result < 0 && result != LIBUSB_ERROR_INTERRUPTED) ended_ = true;
 }
 
 // --- what comes back ---
@@ -85,6 +86,7 @@ void GsUsbLink::done(UsbTransfer& transfer) noexcept {
 }
 
 void GsUsbLink::take_in(std::span<const std::uint8_t> bytes) noexcept {
+  if (!is_open_) return;  // left over in an adapter that nobody had closed: nobody knows how old it is
   const auto frame = HostFrame::unpack(bytes);
   if (!frame || frame->channel != config_.channel) return mailbox_.count_unusable();
   if (frame->tells_of_losses()) mailbox_.count_lost();
@@ -105,8 +107,7 @@ void GsUsbLink::take_echo(std::uint32_t id) noexcept {
 }
 
 void GsUsbLink::take_state(const ControllerState& state) noexcept {
-  if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff)
-    off_since_ = clock_.now();
+  if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff) off_since_ = served_;
   controller_ = state;
   mailbox_.set_state(state.state, state.transmit_errors, state.receive_errors);
 }
@@ -152,7 +153,7 @@ void GsUsbLink::write(std::uint32_t number, const hal::CanFrame& frame) noexcept
   std::copy(bytes.begin(), bytes.end(), slot.transfer.buffer().begin());
   slot.occupied = slot.awaits_echo = true;
   slot.was_sent = false;
-  slot.since = clock_.now();
+  slot.since = served_;
   if (slot.transfer.submit(bytes.size()) < 0) ended_ = true;
 }
 
@@ -166,25 +167,35 @@ void GsUsbLink::settle_if_done(Slot& slot) noexcept {
 
 void GsUsbLink::look() noexcept {
   next_look_ = clock_.now() + kLookEvery;
-  bool answered = true;
-  if (asks_clock_) {
-    const Time asked = clock_.now();
-    const auto us = adapter_->timestamp();
-    if (us) adapter_clock_.set(*us, asked, clock_.now());
-    answered = us.has_value();
-  }
-  if (asks_state_) {
-    const auto state = adapter_->controller_state();
-    if (state) take_state(*state);
-    answered = answered && state;
-  }
-  unanswered_ = answered ? 0 : unanswered_ + 1;
+  const bool clock_is_known = !asks_clock_ || read_clock();
+  const bool state_is_known = !asks_state_ || read_state();
+  unanswered_ = clock_is_known && state_is_known ? 0 : unanswered_ + 1;
   if (unanswered_ >= kMostUnanswered) ended_ = true;
 }
 
-bool GsUsbLink::needs_restart() const noexcept {
+bool GsUsbLink::read_clock() noexcept {
+  const Time asked = clock_.now();
+  const auto us = adapter_->timestamp();
+  if (us) adapter_clock_.set(*us, asked, clock_.now());
+  return us.has_value();
+}
+
+bool GsUsbLink::read_state() noexcept {
+  const auto state = adapter_->controller_state();
+  if (state) take_state(*state);
+  return state.has_value();
+}
+
+/// When this thread was held up, that is not the adapter's fault: its answers may lie about, not yet looked
+/// at.
+void GsUsbLink::count_time() noexcept {
   const Time now = clock_.now();
-  const auto is_over = [&](Time since) { return now - since >= config_.echo_timeout; };
+  served_ += std::min<Duration>(now - served_last_, 2 * kLongestWait);
+  served_last_ = now;
+}
+
+bool GsUsbLink::needs_restart() const noexcept {
+  const auto is_over = [&](Duration since) { return served_ - since >= config_.echo_timeout; };
   if (!is_over(restarted_)) return false;
   return stalled_ || (controller_.state == CanBusState::kBusOff && is_over(off_since_)) ||
          std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
@@ -192,7 +203,7 @@ bool GsUsbLink::needs_restart() const noexcept {
 }
 
 void GsUsbLink::restart() noexcept {
-  restarted_ = clock_.now();
+  restarted_ = served_;
   const bool is_reset = adapter_->reset();
   // Halts are cleared while nothing is under way, as the kernel asks.
   const bool is_clear = recall() && (!stalled_ || adapter_->clear_halts());
@@ -206,12 +217,10 @@ void GsUsbLink::restart() noexcept {
   take_state({});
 }
 
-/// Calls all transfers back and gives the frames in them up. False when some did not come.
 bool GsUsbLink::recall() noexcept {
   for (UsbTransfer& read : transfers_->reads) read.cancel();
   for (Slot& slot : transfers_->slots) slot.transfer.cancel();
-  const Time limit = clock_.now() + kRecallTimeout;
-  while (any_under_way() && clock_.now() < limit) {
+  for (int round = 0; round < kRecallRounds && any_under_way(); ++round) {
     usb_.handle_events(adapter_->context(), kNoBell, kLongestWait);
   }
   for (Slot& slot : transfers_->slots) {

@@ -42,7 +42,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
         : transfer(usb, handle, endpoint, owner) {}
     UsbTransfer transfer;
     bool occupied = false, awaits_echo = false, was_sent = false;
-    Time since{};
+    Duration since{};  ///< on the scale of served_
   };
   struct Transfers {
     std::deque<UsbTransfer> reads;
@@ -61,8 +61,12 @@ class GsUsbLink final : private UsbTransfer::Owner {
   void settle_if_done(Slot& slot) noexcept;
 
   void look() noexcept;
+  bool read_clock() noexcept;
+  bool read_state() noexcept;
+  void count_time() noexcept;
   bool needs_restart() const noexcept;
   void restart() noexcept;
+  /// Calls all transfers back and gives up the frames in them. False when some did not come back in time.
   bool recall() noexcept;
   bool any_under_way() const noexcept;
   void close() noexcept;
@@ -74,11 +78,13 @@ class GsUsbLink final : private UsbTransfer::Owner {
   std::unique_ptr<GsUsbAdapter> adapter_;
   std::unique_ptr<Transfers> transfers_;
 
-  bool ended_ = false, stalled_ = false;
+  bool is_open_ = false, ended_ = false, stalled_ = false;
   gs_usb::ControllerState controller_;
-  Time restarted_{}, off_since_{};
+  Duration served_{};  ///< how long this has been served: the scale on which the adapter can be late
+  Time served_last_{};
+  Duration restarted_{}, off_since_{};  ///< on that scale
   AdapterClock adapter_clock_;
-  bool asks_clock_, asks_state_;
+  bool asks_clock_ = false, asks_state_ = false;
   int unanswered_ = 0;
   Time next_look_{}, last_stamp_{};
 };

@@ -72,6 +72,18 @@ TEST_F(GsUsb, CountsAFrameAsSentOnceItIsOnTheBus) {
   EXPECT_TRUE(received().empty()) << "an echo is no frame of others";
 }
 
+TEST_F(GsUsb, AFrameThatIsHandedOverWhileItWaitsGoesOutAtOnce) {
+  open();
+  Time handed_over{};
+  usb.while_waiting = [&] {
+    handed_over = clock.now();
+    bus->send(frame(0x100));
+  };
+  serve(0.1);
+  ASSERT_EQ(adapter.seen.sent.size(), 1u);
+  EXPECT_LT(adapter.seen.sent[0].stamp - handed_over, microseconds(100));
+}
+
 TEST_F(GsUsb, HandsOverWhatComesIn) {
   open();
   adapter.receive(0x7FF, {9, 8, 7}, 3);
@@ -184,6 +196,17 @@ TEST_F(GsUsb, StampsFramesForHoursAndKeepsTheirOrder) {
   }
 }
 
+TEST_F(GsUsb, StampsNoFrameEarlierThanTheOneBefore) {
+  open();
+  adapter.receive(0x100);
+  adapter.us_at_start -= 500;
+  adapter.receive(0x101);
+  serve();
+  const auto frames = received();
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1].stamp, frames[0].stamp);
+}
+
 TEST_F(GsUsb, StampsFramesOnArrivalWhereTheAdapterHasNoClock) {
   adapter.features = 0;
   open();
@@ -203,8 +226,18 @@ TEST_F(GsUsb, StampsFramesOnArrivalWhereTheClockCannotBeAsked) {
   const Time before = clock.now();
   serve();
   EXPECT_GE(received().at(0).stamp, before);
+  adapter.state = {1, 0, 100};
   serve(10);
+  EXPECT_EQ(bus->state(), CanBusState::kErrorWarning) << "its state can be";
   EXPECT_EQ(bus->stats().gone, 0u) << "firmware without the request is no broken adapter";
+}
+
+TEST_F(GsUsb, NeedsNoAdapterThatTellsItsState) {
+  adapter.refuses = 14;
+  open();
+  serve(10);
+  EXPECT_EQ(bus->stats().gone, 0u);
+  EXPECT_TRUE(works());
 }
 
 // --- which adapter ---

@@ -44,9 +44,12 @@ TEST_F(GsUsbUnplugged, AnUnpluggedAdapterIsGoneAtOnceAndBackWhenPluggedInAgain) 
 
 TEST_F(GsUsbUnplugged, FramesThatWaitedWhenItWasUnpluggedAreNotSentLate) {
   open();
-  for (int i = 0; i < 10; ++i) ASSERT_TRUE(bus->send(frame(0x100)));
-  unplug();
+  usb.while_waiting = [&] {
+    for (int i = 0; i < 10; ++i) bus->send(frame(0x100));
+    unplug();
+  };
   serve();
+  ASSERT_EQ(bus->state(), CanBusState::kGone);
   usb.plug(adapter);
   serve(5.1);
   EXPECT_TRUE(adapter.seen.sent.empty());
@@ -55,23 +58,22 @@ TEST_F(GsUsbUnplugged, FramesThatWaitedWhenItWasUnpluggedAreNotSentLate) {
 }
 
 TEST_F(GsUsbUnplugged, ItIsLookedForAfterPausesThatDoubleUpToFiveSeconds) {
-  open();
-  serve(10);
-  unplug();
-  usb.searches.clear();
-  const Time lost = clock.now();
-  serve(30);
-  std::vector<double> pauses;
-  Time last = lost;
-  for (const Time t : usb.searches) {
-    pauses.push_back(to_seconds(t - last));
-    last = t;
-  }
   const std::vector<double> expected{0, 0.5, 1, 2, 4, 5, 5, 5, 5};  // the first at once
-  ASSERT_EQ(pauses.size(), expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i)
-    EXPECT_NEAR(pauses[i], expected[i], 0.02) << "pause " << i;
-  EXPECT_EQ(bus->stats().gone, 1u) << "lost once, however often it is looked for";
+  open();
+  for (std::uint64_t round = 1; round <= 2; ++round) {
+    serve(10);
+    unplug();
+    usb.searches.clear();
+    Time last = clock.now();
+    serve(30);
+    ASSERT_EQ(usb.searches.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(to_seconds(usb.searches[i] - last), expected[i], 0.02) << "pause " << i;
+      last = usb.searches[i];
+    }
+    EXPECT_EQ(bus->stats().gone, round) << "lost once, however often it is looked for";
+    usb.plug(adapter);
+  }
 }
 
 TEST_F(GsUsbUnplugged, AnAdapterThatBreaksAgainAndAgainIsNotReopenedInHaste) {

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <poll.h>
@@ -50,7 +51,9 @@ class ScriptedUsb final : public UsbCalls {
   /// Times at which somebody looked for adapters.
   std::vector<Time> searches;
   bool fails_to_start = false, has_no_memory = false;
-  bool waits_truly = false;  ///< for 1 ms or the bell, where threads are what is tested
+  std::function<void()> while_waiting;  ///< what another thread does then, once
+  int interruptions = 0;                ///< of waiting by a signal, how many more
+  bool waits_truly = false;             ///< for 1 ms or the bell, where threads are what is tested
 
   /// What was taken and not given back.
   struct Held {
@@ -204,6 +207,11 @@ class ScriptedUsb final : public UsbCalls {
   }
   int handle_events(libusb_context*, int bell, Duration longest) noexcept override {
     count();
+    if (interruptions > 0) {
+      --interruptions;
+      return LIBUSB_ERROR_INTERRUPTED;
+    }
+    if (while_waiting) std::exchange(while_waiting, nullptr)();
     if (deliver()) return 0;
     pollfd rings{bell, POLLIN, 0};
     if (poll(&rings, 1, waits_truly ? 1 : 0) == 0) clock_.advance(longest);
@@ -304,7 +312,7 @@ class ScriptedUsb final : public UsbCalls {
     const auto bytes = adapter.outbox.front();
     adapter.outbox.pop_front();
     const std::size_t n = std::min(bytes.size(), static_cast<std::size_t>(t.length));
-    std::memcpy(t.buffer, bytes.data(), n);
+    std::copy_n(bytes.begin(), n, t.buffer);
     t.actual_length = static_cast<int>(n);
     t.status = n < bytes.size() ? LIBUSB_TRANSFER_OVERFLOW : LIBUSB_TRANSFER_COMPLETED;
     return true;

@@ -23,7 +23,7 @@ namespace {
 using hal::CanBusState;
 using std::chrono::milliseconds;
 
-constexpr Duration kPatience = std::chrono::seconds(30);  ///< an emulated machine stands still now and then
+constexpr Duration kPatience = std::chrono::seconds(60);  ///< an emulated machine stands still now and then
 
 class UsbCan : public ::testing::Test {
  protected:
@@ -42,7 +42,8 @@ class UsbCan : public ::testing::Test {
     bus.reset();
   }
 
-  GsUsbConfig config() const { return {.serial = serial_}; }
+  /// The peer is emulated too, and may be as slow as it likes.
+  GsUsbConfig config() const { return {.serial = serial_, .echo_timeout = std::chrono::seconds(2)}; }
 
   /// False where no adapter listens to commands.
   static bool tell(const std::string& command) {
@@ -151,7 +152,7 @@ TEST_F(UsbCan, HearsHowTheControllerFares) {
                                     {"passive", CanBusState::kErrorPassive},
                                     {"active", CanBusState::kErrorActive}}) {
     if (!tell(std::string("state ") + name)) GTEST_SKIP() << "HEADWAY_USB_CAN_COMMANDS names no pipe";
-    EXPECT_TRUE(comes_true([&, s = state] { return bus->state() == s; })) << name;
+    EXPECT_TRUE(comes_true([&, expected = state] { return bus->state() == expected; })) << name;
   }
   tell("state bus-off");
   EXPECT_TRUE(comes_true([&] { return bus->stats().bus_off == 1; }));
