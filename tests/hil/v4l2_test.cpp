@@ -42,6 +42,7 @@ class VividCamera : public ::testing::Test {
     config_.path = device;
     config_.width = 320;
     config_.height = 180;
+    config_.rate = 25;
   }
 
   void set(const std::string& control, int value) const {
@@ -169,7 +170,7 @@ TEST_F(VividCamera, IsListedWithWhatItOffers) {
   EXPECT_EQ(ours->name, "vivid");
   EXPECT_THAT(one_line(offered_formats(kernel_calls(), config_.path.c_str())),
               AllOf(HasSubstr("YUYV 640 x 480 ("), HasSubstr("GREY 640 x 480 ("),
-                    HasSubstr("[not read by Headway]")));
+                    HasSubstr("that Headway does not read: ")));
 }
 
 TEST_F(VividCamera, SaysWhatItOffersWhenItDoesNotHaveAFormat) {
