@@ -43,15 +43,16 @@ Duration bin_begin(std::size_t bin) {
          PairStats::kBinWidth;
 }
 
-/// The lower end of the bin in which half of all differences are reached.
-Duration median_of(const PairStats& stats) {
+/// The lower end of the bin in which half of all differences are reached; none for the outer two.
+std::optional<Duration> median_of(const PairStats& stats) {
   const std::uint64_t all = stats.pairs + stats.unpaired;
-  std::uint64_t sum = 0;
-  for (std::size_t bin = 0; bin < PairStats::kBins; ++bin) {
+  std::uint64_t sum = stats.differences.front();
+  if (2 * sum >= all) return std::nullopt;
+  for (std::size_t bin = 1; bin + 1 < PairStats::kBins; ++bin) {
     sum += stats.differences[bin];
     if (2 * sum >= all) return bin_begin(bin);
   }
-  return {};
+  return std::nullopt;
 }
 
 double milliseconds(Duration d) { return to_seconds(d) * 1e3; }
@@ -72,12 +73,14 @@ std::string text_of(const EyeLook& eye) {
 }
 
 std::string text_of(const PairLook& pair) {
-  return fmt::format(
-      "pair: {}; {} pairs, {:.0f} /s; {} frames without a partner within {:.1f} ms\n"
-      "  the right eye's exposure comes {:+.1f} to {:+.1f} ms after the left's, in the middle of all\n",
-      hal::text_of(pair.state), pair.stats.pairs, pair.rate, pair.stats.unpaired,
-      milliseconds(pair.tolerance), milliseconds(pair.exposure_gap),
-      milliseconds(pair.exposure_gap + PairStats::kBinWidth));
+  const std::string gap =
+      pair.exposure_gap ? fmt::format("the right eye's exposure comes {:+.1f} to {:+.1f} ms after the left's",
+                                      milliseconds(*pair.exposure_gap),
+                                      milliseconds(*pair.exposure_gap + PairStats::kBinWidth))
+                        : "the eyes' exposures are more than 5 ms apart";
+  return fmt::format("pair: {}; {} pairs, {:.0f} /s; {} frames without a partner within {:.1f} ms\n  {}\n",
+                     hal::text_of(pair.state), pair.stats.pairs, pair.rate, pair.stats.unpaired,
+                     milliseconds(pair.tolerance), gap);
 }
 
 Json json_of(const EyeLook& eye) {
@@ -114,6 +117,22 @@ Json json_of(const PairLook& pair) {
   return json;
 }
 
+CameraLook look_at_pair(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,
+                        drivers::DeviceCalls& calls) {
+  drivers::StereoPair pair(config, clock, calls);
+  RateMeter left, right;
+  hal::StereoFrame frame;
+  for (const Time end = clock.now() + time; clock.now() < end; clock.sleep_until(clock.now() + kPause)) {
+    pair.take_newest(frame);
+    left.see(pair.left().stats(), clock.now());
+    right.see(pair.right().stats(), clock.now());
+  }
+  return {{eye_of("left", pair.left(), left, std::move(frame.left)),
+           eye_of("right", pair.right(), right, std::move(frame.right))},
+          PairLook{pair.stats(), pair.state(), pair.rate(clock.now()), pair.tolerance(),
+                   median_of(pair.stats())}};
+}
+
 }  // namespace
 
 bool CameraLook::is_well() const {
@@ -139,18 +158,13 @@ CameraLook look_through(const drivers::V4l2CameraConfig& config, Duration time, 
 
 CameraLook look_through(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,
                         drivers::DeviceCalls& calls) {
-  drivers::StereoPair pair(config, clock, calls);
-  RateMeter left, right;
-  hal::StereoFrame frame;
-  for (const Time end = clock.now() + time; clock.now() < end; clock.sleep_until(clock.now() + kPause)) {
-    pair.take_newest(frame);
-    left.see(pair.left().stats(), clock.now());
-    right.see(pair.right().stats(), clock.now());
+  CameraLook look = look_at_pair(config, time, clock, calls);
+  for (EyeLook& eye : look.eyes) {
+    if (!eye.image.pixels.empty() || eye.stats.state != CameraState::kStreaming) continue;
+    const auto& alone = eye.name == "left" ? config.left : config.right;
+    eye.image = look_through(alone, std::chrono::seconds(1), clock, calls).eyes.front().image;
   }
-  return {{eye_of("left", pair.left(), left, std::move(frame.left)),
-           eye_of("right", pair.right(), right, std::move(frame.right))},
-          PairLook{pair.stats(), pair.state(), pair.rate(clock.now()), pair.tolerance(),
-                   median_of(pair.stats())}};
+  return look;
 }
 
 std::string text_of(const CameraLook& look) {

@@ -18,7 +18,7 @@ struct EyeLook {
   drivers::V4l2Settings settings;
   hal::CameraStats stats;
   double rate = 0;       ///< usable frames per second, from the first one on
-  hal::GrayImage image;  ///< the newest; of a pair, one of its halves. Empty: there was none
+  hal::GrayImage image;  ///< the newest: of a pair, or by itself where there was none. Empty: none at all
   std::string fault;     ///< what went wrong last; empty: nothing
 };
 
@@ -27,7 +27,9 @@ struct PairLook {
   hal::CameraState state = hal::CameraState::kStarting;
   double rate = 0;  ///< pairs exposed within the last second
   Duration tolerance{};
-  Duration exposure_gap{};  ///< right eye's exposure less the left's: lower end of the histogram's median bin
+  /// Lower end of the histogram bin in the middle of all: right eye's exposure less the left's. None: more
+  /// than the histogram's 5 ms apart.
+  std::optional<Duration> exposure_gap;
 };
 
 struct CameraLook {
@@ -38,7 +40,8 @@ struct CameraLook {
   bool is_well() const;
 };
 
-/// Looks for `time`, by a clock that sleeps. Throws as the cameras' constructors.
+/// Looks for `time`, by a clock that sleeps. Where two eyes never make a pair, each is looked through by
+/// itself for another second. Throws as the cameras' constructors.
 CameraLook look_through(const drivers::V4l2CameraConfig& config, Duration time, hal::Clock& clock,
                         drivers::DeviceCalls& calls);
 CameraLook look_through(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,

@@ -91,9 +91,13 @@ void StereoPair::drop(V4l2Camera& eye, const V4l2Camera& other, std::size_t coun
     if (!other.waiting().empty()) {
       const Time partner = other.waiting()[nearest(other.waiting(), exposure)].exposure;
       const bool is_pair = distance(partner, exposure) <= tolerance_;
-      if (!is_pair) ++stats_.unpaired;
-      if (is_pair && is_left) ++stats_.pairs;
-      if (!is_pair || is_left) record(is_left ? partner - exposure : exposure - partner);
+      const Duration difference = is_left ? partner - exposure : exposure - partner;
+      if (!is_pair) {
+        ++stats_.unpaired;
+        record(difference);
+      } else if (is_left) {  // once for both
+        count_pair(exposure, difference);
+      }
     }
     eye.skip();
   }
@@ -118,6 +122,13 @@ void StereoPair::record(Duration difference) noexcept {
   ++stats_.differences[static_cast<std::size_t>(bin + kMiddle)];
 }
 
+void StereoPair::count_pair(Time left, Duration difference) noexcept {
+  exposures_[stats_.pairs % exposures_.size()] = left;
+  ++stats_.pairs;
+  paired_at_ = clock_.now();
+  record(difference);
+}
+
 /// The oldest frame of each eye, which are a pair unless an eye failed just now.
 bool StereoPair::hand_over(hal::StereoFrame& into) {
   if (left_.waiting().empty() || right_.waiting().empty()) return false;
@@ -125,10 +136,7 @@ bool StereoPair::hand_over(hal::StereoFrame& into) {
   const Duration difference = right.exposure - left.exposure;
   spare_.exposure = left.exposure + difference / 2;
   spare_.sequence = left.sequence;
-  exposures_[stats_.pairs % exposures_.size()] = spare_.exposure;
-  ++stats_.pairs;
-  record(difference);
-  paired_at_ = clock_.now();
+  count_pair(left.exposure, difference);
   const bool has_left = left_.take(spare_.left), has_right = right_.take(spare_.right);
   if (!has_left || !has_right) return false;
   std::swap(into, spare_);

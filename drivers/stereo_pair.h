@@ -61,6 +61,7 @@ class StereoPair final : public hal::StereoCamera {
   std::optional<Match> newest_match() const noexcept;
   void drop(V4l2Camera& eye, const V4l2Camera& other, std::size_t count) noexcept;
   void drop_hopeless() noexcept;
+  void count_pair(Time left, Duration difference) noexcept;
   void record(Duration difference) noexcept;
   bool hand_over(hal::StereoFrame& into);
   void judge(Time now) noexcept;
@@ -72,7 +73,7 @@ class StereoPair final : public hal::StereoCamera {
   PairStats stats_;
   hal::CameraState state_ = hal::CameraState::kStarting;
   Time paired_at_;                     ///< when there was a pair, or an eye was not streaming
-  std::array<Time, 128> exposures_{};  ///< of the newest pairs, in a ring
+  std::array<Time, 128> exposures_{};  ///< left eye's, of the newest pairs, in a ring
 };
 
 }  // namespace headway::drivers

@@ -71,6 +71,13 @@ std::string text_in(const __u8 (&characters)[kSize]) {
   return {std::begin(characters), end};
 }
 
+std::string text_of(const OfferedFormat& format) {
+  std::string text = fmt::format("{} {}{} x {}", code_text(format.code),
+                                 format.is_largest_only ? "up to " : "", format.width, format.height);
+  if (!format.rates.empty()) text += fmt::format(" ({:.4g} /s)", fmt::join(format.rates, ", "));
+  return text;
+}
+
 /// The link below v4l/by-path that leads to a device.
 std::string port_path_of(const fs::path& devices, const fs::path& device) {
   std::error_code ignored;
@@ -116,16 +123,18 @@ std::vector<OfferedFormat> offered_formats(DeviceCalls& calls, const char* path)
 }
 
 std::string one_line(const std::vector<OfferedFormat>& formats) {
-  if (formats.empty()) return "nothing";
-  std::vector<std::string> all;
+  std::vector<std::string> read, unread;
   for (const OfferedFormat& format : formats) {
-    std::string text = fmt::format("{} {}{} x {}", code_text(format.code),
-                                   format.is_largest_only ? "up to " : "", format.width, format.height);
-    if (!format.rates.empty()) text += fmt::format(" ({:.4g} /s)", fmt::join(format.rates, ", "));
-    if (!format_of(format.code)) text += " [not read by Headway]";
-    all.push_back(std::move(text));
+    const std::string code = code_text(format.code);
+    if (format_of(format.code))
+      read.push_back(text_of(format));
+    else if (unread.empty() || unread.back() != code)
+      unread.push_back(code);
   }
-  return fmt::format("{}", fmt::join(all, ", "));
+  std::string line = read.empty() ? "nothing" : fmt::format("{}", fmt::join(read, ", "));
+  if (!unread.empty())
+    line += fmt::format("; in formats that Headway does not read: {}", fmt::join(unread, ", "));
+  return line;
 }
 
 std::vector<ListedCamera> list_cameras(DeviceCalls& calls, const fs::path& devices) {

@@ -21,7 +21,8 @@ struct OfferedFormat {
 /// All, in the driver's order. Empty when the device cannot be asked.
 std::vector<OfferedFormat> offered_formats(DeviceCalls& calls, const char* path);
 
-/// "YUYV 640 x 480 (30, 15 /s), ..."; "nothing" for none. Marks what Headway does not read.
+/// "YUYV 640 x 480 (30, 15 /s), ..."; "nothing" for none. Of pixel formats that Headway does not read only
+/// their names.
 std::string one_line(const std::vector<OfferedFormat>& formats);
 
 /// A device that captures images.

@@ -69,7 +69,11 @@ TEST_F(CameraLookTest, IsNotWellWhenEyesAreOutOfStepOrOneIsSilent) {
   add("right").start_up += std::chrono::milliseconds(15);
   const CameraLook apart = look_through(config_, seconds(3), clock_, calls_);
   EXPECT_FALSE(apart.is_well());
-  EXPECT_THAT(text_of(apart), HasSubstr("pair: eyes out of step; 0 pairs"));
+  EXPECT_THAT(text_of(apart),
+              AllOf(HasSubstr("pair: eyes out of step; 0 pairs"), HasSubstr("more than 5 ms apart")));
+  // An image of each, so that one can see what they look at.
+  EXPECT_EQ(apart.eyes[0].image.pixels.size(), 32u * 24);
+  EXPECT_EQ(apart.eyes[1].image.pixels.size(), 32u * 24);
   add("right").silent = true;
   const CameraLook silent = look_through(config_, seconds(3), clock_, calls_);
   EXPECT_FALSE(silent.is_well());

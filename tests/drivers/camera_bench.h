@@ -51,8 +51,8 @@ class CameraBench {
     on_frame(camera->waiting().front());
     if (camera->take(image)) ++taken;
   }
-  void run(Duration d) {
-    for (const Time end = clock.now() + d; clock.now() < end;) step();
+  void run(Duration d, Duration cycle = std::chrono::milliseconds(5)) {
+    for (const Time end = clock.now() + d; clock.now() < end;) step(cycle);
   }
   bool run_until(const std::function<bool()>& done, Duration limit) {
     for (const Time end = clock.now() + limit; clock.now() < end && !done();) step();

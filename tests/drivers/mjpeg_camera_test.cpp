@@ -48,6 +48,15 @@ TEST_F(MjpegCamera, LosesOnlyTheFrameThatIsBroken) {
   EXPECT_EQ(bench_.stats().state, CameraState::kStreaming);
 }
 
+TEST_F(MjpegCamera, IsReadNoFurtherThanItsBufferThoughItsImageHasNoEnd) {
+  is_broken_ = true;
+  bench_.device->extra_bytes = 1 << 24;
+  const int before = bench_.taken;
+  bench_.run(seconds(0.2));
+  EXPECT_EQ(bench_.taken, before);
+  EXPECT_GT(bench_.stats().damaged, 2u);
+}
+
 TEST_F(MjpegCamera, IsDamagedWhileNothingCanBeDecoded) {
   is_broken_ = true;
   EXPECT_TRUE(bench_.run_until(CameraState::kDamaged, seconds(0.2)));

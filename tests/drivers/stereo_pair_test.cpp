@@ -35,6 +35,7 @@ class PairBench {
     // A frame's number is what it shows.
     left->paint = right->paint = [](std::span<std::uint8_t> buffer, std::uint32_t number) {
       std::fill(buffer.begin(), buffer.end(), static_cast<std::uint8_t>(number % 200));
+      buffer.back() = static_cast<std::uint8_t>(number / 200);
       return buffer.size();
     };
   }
@@ -233,7 +234,7 @@ RC_GTEST_PROP(StereoPair, PairsAreNearEnoughInOrderAndCountedWhateverIsLost, ())
   const Duration offset = std::chrono::microseconds(*rc::gen::inRange(-16000, 16000));
   bench.open(offset);
   const auto exposure_of = [](const ScriptedCamera& eye, const hal::GrayImage& image) {
-    return eye.middles[image.pixels.front() - 1u];
+    return eye.middles.at(image.pixels.front() + 200u * image.pixels.back() - 1);
   };
   std::uint64_t last = 0;
   while (bench.left->made < 150) {

@@ -190,6 +190,16 @@ TEST_F(V4l2Faults, HasAWholeFrameThoughTheCameraGoesWhenItIsGivenBack) {
   EXPECT_EQ(bench_.image.pixels, std::vector<std::uint8_t>(32 * 24, static_cast<std::uint8_t>(device_.made)));
 }
 
+TEST_F(V4l2Faults, KeepsNoFrameOfACameraThatGoesWhileOneIsPassedOver) {
+  bench_.camera->poll();
+  device_.fails_once[Call::kQueue] = ENODEV;
+  bench_.clock.advance(seconds(0.12));  // three frames: the first is given back
+  bench_.camera->poll();
+  EXPECT_EQ(stats().state, CameraState::kGone);
+  EXPECT_TRUE(bench_.camera->waiting().empty());
+  EXPECT_TRUE(becomes(CameraState::kStreaming, kMended));
+}
+
 TEST_F(V4l2Faults, SaysThatACameraCameBackWithAnotherFormat) {
   device_.unplug();
   bench_.run(seconds(0.1));
@@ -212,6 +222,19 @@ TEST_F(V4l2Faults, SaysThatACameraCameBackAndRefusesItsSettings) {
   EXPECT_THAT(bench_.camera->fault(), HasSubstr("exposure"));
   device_.deaf_to.clear();
   EXPECT_TRUE(becomes(CameraState::kStreaming, kMended));
+}
+
+TEST_F(V4l2Faults, DoesNotCallFramesLostThatCameWhileItWasStarted) {
+  for (const bool is_unplugged : {false, true}) {
+    if (is_unplugged) device_.unplug();
+    device_.silent = true;
+    bench_.run(seconds(0.2));
+    device_.mend();
+    device_.lose = 10;
+    bench_.run_until([&] { return device_.lose == 0; }, seconds(5));
+    ASSERT_TRUE(becomes(CameraState::kStreaming, kMended));
+    EXPECT_EQ(stats().lost, 0u);
+  }
 }
 
 TEST_F(V4l2Faults, SequenceNumbersOnlyGrowWhateverHappens) {
@@ -343,7 +366,9 @@ RC_GTEST_PROP(V4l2Camera, StreamsAgainAfterAnyTroublesAndMisusesNothing, ()) {
   bench.start();
   for (const Trouble& trouble : *rc::gen::container<std::vector<Trouble>>(any_trouble())) {
     begin(trouble, *bench.device);
-    bench.run(std::chrono::milliseconds(trouble.milliseconds));
+    // Now often enough, now so late that more frames come than may wait.
+    const auto cycle = std::chrono::milliseconds(1 + trouble.milliseconds % 150);
+    bench.run(std::chrono::milliseconds(trouble.milliseconds), cycle);
     RC_ASSERT(bench.calls.open_descriptors() <= 1);
     RC_ASSERT(bench.calls.mappings() <= 4);
   }
