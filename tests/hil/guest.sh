@@ -38,26 +38,29 @@ expect_end_of() {
   wait_for "process $1 to end" has_ended "$1"
 }
 
-# run_tests PROGRAM: a program of tests from the host's build folder. A test that skips itself proves nothing here.
+# run_tests PROGRAM [ARGUMENT...]: a program of tests from the host's build folder. A test that skips itself proves
+# nothing here.
 run_tests() {
   local program=$1
   shift
   [[ -x $build/$program ]] || skip "$program is not built; only what stands above was tested"
   say "$program $*"
-  "$build/$program" "$@" | tee /tmp/tests
+  "$build/$program" "$@" | tee /tmp/tests || fail "$program $*"
   if grep -q '^\[  SKIPPED \]' /tmp/tests; then fail "tests skipped themselves"; fi
   grep -Eq '^\[  PASSED  \] [1-9]' /tmp/tests || fail "no test passed"
 }
 
-# run_each_test PROGRAM COMMAND...: each test in a process of its own, with the command before it.
+# run_each_test PROGRAM COMMAND...: each test in a process of its own, with the command before it; all of them, even
+# after a failure.
 run_each_test() {
-  local program=$1 name
+  local program=$1 name failed=()
   shift
   [[ -x $build/$program ]] || skip "$program is not built; only what stands above was tested"
   "$build/$program" --gtest_list_tests | awk '/^[^ ]/ { suite = $1 } /^ / { print suite $1 }' >/tmp/names
   [[ -s /tmp/names ]] || fail "$program holds no tests"
   while IFS= read -r name; do
     "$@"
-    run_tests "$program" "--gtest_filter=$name"
+    (run_tests "$program" "--gtest_filter=$name") || failed+=("$name")
   done </tmp/names
+  ((${#failed[@]} == 0)) || fail "${#failed[@]} of $(wc -l </tmp/names) tests: ${failed[*]}"
 }
