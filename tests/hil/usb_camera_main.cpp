@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 #include "hal/clock.h"
 #include "hal/error.h"
 #include "tests/hil/emulated_uvc.h"
+#include "tests/hil/live_frames.h"
 #include "tests/hil/usb_program.h"
 
 namespace headway::hil {
@@ -67,7 +69,7 @@ int wait_for_frame(const UsbipPort& port, const EmulatedUvc& camera, Time now) {
 
 int run(int argc, char** argv) {
   EmulatedUvc::Config config;
-  std::string frames, pipe;
+  std::string frames, live, pipe;
   std::pair<std::uint16_t, std::uint16_t> size{config.width, config.height};
   unsigned port_number = 0;
   using Format = EmulatedUvc::Config::Format;
@@ -75,7 +77,9 @@ int run(int argc, char** argv) {
 
   CLI::App app("An emulated camera of the USB Video Class, plugged into this kernel until it is ended.");
   app.footer(kCommands);
-  app.add_option("--frames", frames, "File of the frames that it films, back to back and again")->required();
+  auto* still = app.add_option("--frames", frames, "File of the frames that it films, back to back and again");
+  auto* moving = app.add_option("--live", live, "Named pipe that the frames come from as they are filmed");
+  still->excludes(moving);
   app.add_option("--size", size, "Width and height, as in: --size 640 480");
   app.add_option("--format", config.format, "grey or yuyv")->transform(CLI::CheckedTransformer(formats));
   app.add_option("--serial", config.serial, "Its serial number")->capture_default_str();
@@ -85,15 +89,29 @@ int run(int argc, char** argv) {
   std::tie(config.width, config.height) = size;
   config.validate();
 
+  if (frames.empty() == live.empty()) throw InputError("expected --frames or --live");
+
   const hal::MonotonicClock clock;
-  FrameFile file(frames, config.frame_size());
+  std::optional<FrameFile> file;
+  std::optional<LiveFrames> filmed;
+  if (live.empty())
+    file.emplace(frames, config.frame_size());
+  else
+    filmed.emplace(live, config.frame_size());
   EmulatedUvc camera(
-      config, [&] { return file.next(); }, clock);
+      config, [&] { return file ? file->next() : filmed->take(); }, clock);
   UsbipPort port(camera, attach_to_kernel(port_number));
   CommandPipe commands(pipe);
   run_usb_program(
       port, commands, [&](const Command& command) { return obey(camera, command); },
-      [&] { return wait_for_frame(port, camera, clock.now()); });
+      [&] {
+        if (filmed) {
+          filmed->read();
+          camera.pause(!filmed->fresh());
+          return 5;
+        }
+        return wait_for_frame(port, camera, clock.now());
+      });
   return 0;
 }
 

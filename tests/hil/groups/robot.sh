@@ -1,8 +1,48 @@
 #!/usr/bin/env bash
-# The whole robot: `headway run` on V4L2 cameras and SocketCAN, the simulated robot of `headway node` behind them.
+# The whole robot: `headway run` on two V4L2 cameras and SocketCAN; behind them, in another process, the simulated robot
+# of `headway node`. Both go by a clock that is so many times slower, for the guest is.
 set -euo pipefail
 source tests/hil/guest.sh
-for command in run node; do
-  "$build/headway" --help | grep -q "^  $command " || skip "headway has no command $command yet"
+modprobe -a vhci-hcd uvcvideo can-raw vcan
+ip link add dev vcan0 type vcan
+ip link set vcan0 up
+
+slower=${HEADWAY_HIL_SLOWER:-40} robot=config/hrp2/robot.yaml
+ports=/dev/v4l/by-path/platform-vhci_hcd.0-usb-0
+mkfifo /tmp/left /tmp/right
+
+say "two cameras that film what the simulated robot sees"
+for eye in left right; do
+  port=0
+  [[ $eye == left ]] || port=1
+  "$build/hil_usb_camera" --live "/tmp/$eye" --size 340 480 --format grey --serial "$eye" --port "$port" \
+    --commands "/tmp/$eye.commands" >"/tmp/$eye.log" 2>&1 &
+  wait_for "the $eye camera" test -e "$ports:$((port + 1)):1.0-video-index0"
 done
-skip "nothing is written yet that joins headway run and headway node"
+
+say "the simulated robot stands in its room"
+"$build/headway" node "$robot" --world tests/hil/robot_world.yaml --bus socketcan:vcan0 --left /tmp/left --right /tmp/right \
+  --slower "$slower" >/tmp/node.log 2>&1 &
+node=$!
+candump -n 1 -T 20000 vcan0,130:7FF >/tmp/heard
+grep -q . /tmp/heard || fail "no status of the control computer: $(cat /tmp/node.log)"
+
+say "headway run looks around and walks it to the goal"
+status=0
+timeout 1100 "$build/headway" run "$robot" --bus socketcan:vcan0 --left "$ports:1:1.0-video-index0" \
+  --right "$ports:2:1.0-video-index0" --start -0.5,0 --floor 5,5 --goal 0.3,0 --slower "$slower" --out /tmp/run || status=$?
+kill "$node"
+wait "$node" || true
+cat /tmp/node.log
+((status == 0)) || fail "headway run ended with $status: $(cat /tmp/run/report.json)"
+
+say "and there it stands, by the simulator's truth"
+python3 - "$(grep -o 'stands at (.*)' /tmp/node.log)" <<'TRUTH'
+import re
+import sys
+
+x, y = (float(number) for number in re.findall(r"-?\d+\.\d+", sys.argv[1])[:2])
+distance = ((x - 0.3) ** 2 + y**2) ** 0.5
+print(f"{distance:.3f} m from the goal")
+sys.exit(distance > 0.10)
+TRUTH

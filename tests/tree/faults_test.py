@@ -1,0 +1,40 @@
+"""docs/faults.md names a test as proof of each fault: the tests are there, and so are the states."""
+
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TABLE = (ROOT / "docs/faults.md").read_text()
+TEST = re.compile(r"\b(?:RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP|TEST|TEST_F|TEST_P)\(\s*(\w+),\s*(\w+)")
+
+
+def tests_in(text):
+    return {f"{suite}.{name}" for suite, name in TEST.findall(text)}
+
+
+class Faults(unittest.TestCase):
+    def test_every_row_names_tests_that_exist(self):
+        known = set()
+        for file in (ROOT / "tests").rglob("*_test.cpp"):
+            known |= tests_in(file.read_text())
+        rows = [line for line in TABLE.splitlines() if line.startswith("| ") and not line.startswith("| fault")]
+        self.assertGreater(len(rows), 30)
+        for row in rows:
+            named = re.findall(r"`(\w+\.\w+)`", row.rstrip(" |").split("|")[-1])
+            self.assertTrue(named, f"no test proves: {row}")
+            for name in named:
+                self.assertIn(name, known)
+
+    def test_every_state_exists(self):
+        sources = "\n".join(file.read_text() for room in ("hal", "nav", "runtime") for file in (ROOT / room).glob("*.h"))
+        for kind, value in set(re.findall(r"`(\w+)::(\w+)(?:\(\))?`", TABLE)):
+            self.assertRegex(sources, rf"\b(enum class|struct|class) {kind}\b")
+            self.assertRegex(sources, rf"\b{value}\b")
+
+    def test_an_unknown_test_is_found(self):
+        self.assertEqual(tests_in("TEST(A, B) {\nRC_GTEST_PROP(C,\n              D, ()) {"), {"A.B", "C.D"})
+
+
+if __name__ == "__main__":
+    unittest.main()
