@@ -43,16 +43,15 @@ Duration bin_begin(std::size_t bin) {
          PairStats::kBinWidth;
 }
 
-/// The lower end of the bin in which half of all differences are reached; none for the outer two.
+/// The lower end of the inner bin in which half of what the inner ones hold is reached; none where most lies
+/// in the outer two.
 std::optional<Duration> median_of(const PairStats& stats) {
   const std::uint64_t all = stats.pairs + stats.unpaired;
-  std::uint64_t sum = stats.differences.front();
-  if (2 * sum >= all) return std::nullopt;
-  for (std::size_t bin = 1; bin + 1 < PairStats::kBins; ++bin) {
-    sum += stats.differences[bin];
-    if (2 * sum >= all) return bin_begin(bin);
-  }
-  return std::nullopt;
+  const std::uint64_t inner = all - stats.differences.front() - stats.differences.back();
+  if (2 * inner <= all) return std::nullopt;
+  std::size_t bin = 1;
+  for (std::uint64_t sum = stats.differences[1]; 2 * sum < inner; sum += stats.differences[bin]) ++bin;
+  return bin_begin(bin);
 }
 
 double milliseconds(Duration d) { return to_seconds(d) * 1e3; }
@@ -139,7 +138,8 @@ bool CameraLook::is_well() const {
   for (const EyeLook& eye : eyes) {
     if (eye.stats.state != CameraState::kStreaming || eye.image.pixels.empty()) return false;
   }
-  return !pair || pair->state == CameraState::kStreaming;
+  // Eyes that nothing synchronises drift past each other, and make a pair now and then.
+  return !pair || (pair->state == CameraState::kStreaming && pair->stats.pairs > pair->stats.unpaired);
 }
 
 CameraLook look_through(const drivers::V4l2CameraConfig& config, Duration time, hal::Clock& clock,

@@ -36,7 +36,8 @@ struct CameraLook {
   std::vector<EyeLook> eyes;
   std::optional<PairLook> pair;
 
-  /// Every camera, and the pair if there is one, has shown an image and is streaming.
+  /// Every camera, and the pair if there is one, has shown an image and is streaming, and most frames had a
+  /// partner.
   bool is_well() const;
 };
 

@@ -80,6 +80,14 @@ TEST_F(CameraLookTest, IsNotWellWhenEyesAreOutOfStepOrOneIsSilent) {
   EXPECT_THAT(text_of(silent), HasSubstr("right right: silent"));
 }
 
+TEST_F(CameraLookTest, IsNotWellWhenEyesMeetOnlyNowAndThen) {
+  add("left");
+  add("right").rate = 29;  // they drift past each other once a second
+  const CameraLook look = look_through(config_, seconds(6), clock_, calls_);
+  EXPECT_GT(look.pair->stats.pairs, 0u);
+  EXPECT_FALSE(look.is_well());
+}
+
 TEST(Camera, SaysWhatIsWrongWithADevice) {
   const TemporaryFolder folder;
   const std::string none = (folder / "video9").string(), file = (folder / "file").string();
