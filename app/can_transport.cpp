@@ -56,4 +56,11 @@ CanTransport open_can_transport(const std::string& name, hal::Clock& clock) {
                                can_transports()));
 }
 
+std::unique_ptr<runtime::Thread> serve(const CanTransport& transport) {
+  if (!transport.serve) return nullptr;
+  return std::make_unique<runtime::Thread>(runtime::ThreadId::kAdapter, [&](const std::atomic<bool>& stop) {
+    while (!stop) transport.serve(seconds(0.1));
+  });
+}
+
 }  // namespace headway::app

@@ -7,6 +7,7 @@
 
 #include "hal/can_bus.h"
 #include "hal/clock.h"
+#include "runtime/threads.h"
 
 namespace headway::app {
 
@@ -23,5 +24,8 @@ std::string can_transports();
 /// Opens `socketcan:INTERFACE`, `gs_usb:SERIAL` or `slcan:TTY`. Throws InputError where the name is neither,
 /// and as the driver does where what it names cannot be opened. The clock must outlive the bus.
 CanTransport open_can_transport(const std::string& name, hal::Clock& clock);
+
+/// A thread that does so, where the bus needs one; else null. The transport must outlive it.
+std::unique_ptr<runtime::Thread> serve(const CanTransport& transport);
 
 }  // namespace headway::app

@@ -10,7 +10,6 @@
 #include "app/hardware.h"
 #include "hal/clock.h"
 #include "hal/error.h"
-#include "runtime/threads.h"
 
 namespace headway::app {
 
@@ -33,12 +32,7 @@ void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnos
   try {
     hal::MonotonicClock clock;
     const CanTransport wire = open_can_transport(name, clock);
-    std::unique_ptr<runtime::Thread> adapter;
-    if (wire.serve)
-      adapter =
-          std::make_unique<runtime::Thread>(runtime::ThreadId::kUsb, [&](const std::atomic<bool>& stop) {
-            while (!stop) wire.serve(seconds(0.1));
-          });
+    const auto adapter = serve(wire);
     diagnosis.ok("opened", name);
     examine_bus(robot, *wire.bus, clock, kListen, diagnosis);
   } catch (const Error& fault) {
@@ -91,7 +85,7 @@ void add_doctor(CLI::App& app, Run& run_command) {
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
   command->add_option("--json", options->json, "Also write the findings into this file");
   command->footer(
-      "The head's drives are switched on and hold where they are; nothing walks.\n"
+      "The head's drives are switched on and hold where they are; nothing walks. Not beside 'headway run'.\n"
       "A line for each finding: ok, warn or fail, with what to do below it. Exit code 0 unless something "
       "failed.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });

@@ -66,6 +66,7 @@ int run(const Options& options) {
     throw InputError("--left and --right: expected both or neither");
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(options.bus, clock);
+  const auto adapter = serve(wire);
   SimulatedRobotOptions simulated;
   simulated.seed = options.seed ? options.seed : world.seed;
   NodeSession node(robot, world, simulated, false, clock.now());

@@ -1,3 +1,4 @@
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -26,25 +27,40 @@ namespace {
 struct Options {
   std::filesystem::path robot, out;
   std::string bus, left, right;
-  std::vector<double> goal, start{0, 0}, floor{20, 20};
+  std::vector<double> goal, floor{20, 20};
   double slower = 1;
 };
 
-nav::Goal goal_of(const std::vector<double>& numbers) {
+/// The goal as seen from where the robot stands.
+nav::Goal goal_from(const Pose2& start, const std::vector<double>& numbers) {
   nav::Goal goal;
-  goal.position = {numbers[0], numbers[1]};
-  if (numbers.size() == 3) goal.yaw = numbers[2] * std::numbers::pi / 180;
+  goal.position = start * Eigen::Vector2d(numbers[0], numbers[1]);
+  if (numbers.size() == 3) goal.yaw = wrap_angle(start.yaw + numbers[2] * std::numbers::pi / 180);
   return goal;
 }
 
-LiveOptions live_options(const Options& options, const HardwareConfig& hardware) {
+LiveOptions live_options(const Options& options, const HardwareConfig& hardware, hal::CanBus& bus,
+                         hal::Clock& clock) {
+  const auto stands = hear_where_it_stands(bus, clock, seconds(5));
+  if (!stands)
+    throw Error(
+        fmt::format("{}: the control computer does not say where the robot stands (CTL_ChestXY, "
+                    "CTL_ChestZRot); start its program, and see 'headway doctor'",
+                    hardware.bus));
   LiveOptions live;
-  live.start = {options.start[0], options.start[1],
-                options.start.size() == 3 ? options.start[2] * std::numbers::pi / 180 : 0};
+  live.start = *stands;
   live.floor = {options.floor[0], options.floor[1]};
-  if (!options.goal.empty()) live.goal = goal_of(options.goal);
+  if (!options.goal.empty()) live.goal = goal_from(*stands, options.goal);
   live.frame_rate = hardware.rate;
   return live;
+}
+
+void require_simulated(const Options& options) {
+  if (options.slower == 1 || options.bus.starts_with("socketcan:vcan")) return;
+  throw InputError(
+      fmt::format("--slower: would stretch every time-out of a robot on {}; expected a virtual bus, such as "
+                  "socketcan:vcan0",
+                  options.bus));
 }
 
 /// Says what has changed, a line each.
@@ -65,9 +81,9 @@ class Log {
 
   template <class... Values>
   void say(fmt::format_string<Values...> text, Values&&... values) {
-    fmt::print("{:8.2f} s  ", to_seconds(clock_.now() - begin_));
-    fmt::print(text, std::forward<Values>(values)...);
-    fmt::print("\n");
+    // A terminal that is gone must not keep the robot from coming to rest.
+    const std::string line = fmt::format(text, std::forward<Values>(values)...);
+    std::printf("%8.2f s  %s\n", to_seconds(clock_.now() - begin_), line.c_str());
     std::fflush(stdout);
   }
 
@@ -79,23 +95,24 @@ class Log {
 };
 
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
-               const LiveStatus& status, const CanTransport& wire, bool rests) {
+               const CanTransport& wire, bool rests) {
   const runtime::BusLoopCounters& bus = session.bus_loop().counters();
+  const runtime::FrameLoopCounters& frames = session.frame_loop().counters();
+  const runtime::MissionCounters& mission = session.mission().counters();
   const hal::CanBusStats can = wire.bus->stats();
   return {{"robot", robot.name},
           {"bus", options.bus},
           {"end", name(session.mission().state())},
           {"reason", session.mission().reason()},
-          {"at_rest", rests},
-          {"base", {rounded(status.base.x), rounded(status.base.y), rounded(status.base.yaw)}},
+          {"stands", rests},
           {"frames",
-           {{"used", status.frames.frames},
-            {"lost", status.frames.lost},
-            {"no_pose", status.frames.no_pose},
-            {"unusable", status.frames.unusable},
-            {"late", status.frames.late}}},
-          {"plans", status.plans},
-          {"replans", status.replans},
+           {{"used", frames.frames},
+            {"lost", frames.lost},
+            {"no_pose", frames.no_pose},
+            {"unusable", frames.unusable},
+            {"late", frames.late}}},
+          {"plans", mission.plans},
+          {"replans", mission.replans},
           {"bus_loop",
            {{"cycles", bus.cycles},
             {"missed", bus.missed},
@@ -128,23 +145,23 @@ int run(Options options) {
   if (!options.right.empty()) hardware.right = options.right;
   require_complete(hardware, options.robot);
   options.bus = hardware.bus;
-  hal::ScaledClock clock(options.slower);
-  const CanTransport wire = open_can_transport(hardware.bus, clock);
-  const auto camera = open_cameras(hardware, robot.rig, clock);
-  runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
-  LiveSession session(robot, live_options(options, hardware), *wire.bus, eyes, clock);
+  require_simulated(options);
   std::optional<OutputFolder> out;
   if (!options.out.empty())
     out.emplace(options.out, "run",
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
-
+  // What the session needs until it has come to rest is made before it.
   const Interrupts interrupts;
+  hal::ScaledClock clock(options.slower);
+  const CanTransport wire = open_can_transport(hardware.bus, clock);
+  const auto adapter = serve(wire);
+  const auto camera = open_cameras(hardware, robot.rig, clock);
+  runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
+  LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
   Log log(clock);
-  std::unique_ptr<runtime::Thread> adapter;
-  if (wire.serve)
-    adapter = std::make_unique<runtime::Thread>(runtime::ThreadId::kUsb, [&](const std::atomic<bool>& stop) {
-      while (!stop) wire.serve(seconds(0.1));
-    });
+  if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
+  for (const std::string& refusal : {runtime::lock_memory(), adapter ? adapter->refusal() : std::string()})
+    if (!refusal.empty()) log.say("{}; see docs/bring-up.md", refusal);
   session.start();
   if (!session.refusal().empty()) log.say("{}; see docs/bring-up.md", session.refusal());
   LiveStatus status;
@@ -154,19 +171,21 @@ int run(Options options) {
     if (session.look(status)) log.see(status);
     over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
     failure = session.failure();
+    if (adapter && adapter->ended()) failure = "the CAN adapter: " + adapter->failure();
     clock.sleep_until(clock.now() + seconds(0.02));
   }
   if (interrupts.asked()) log.say("asked to end: comes to rest");
   const bool rests = session.stop();
   if (failure) log.say("a loop broke: {}", *failure);
-  log.say("{}", rests ? "at rest" : "it is not known whether the robot rests");
+  log.say("{}", rests ? "stands"
+                      : "it is not known whether the robot stands: the control computer does not say so");
   if (out) {
     write_map(session, *out);
-    out->report(report_of(options, robot, session, status, wire, rests));
+    out->report(report_of(options, robot, session, wire, rests));
     fmt::print("{}\n", out->list());
   }
   if (failure) throw Error(*failure);
-  return status.state == runtime::MissionState::kArrived ? kSuccess : kNotReached;
+  return session.mission().state() == runtime::MissionState::kArrived ? kSuccess : kNotReached;
 }
 
 }  // namespace
@@ -177,12 +196,10 @@ void add_run(CLI::App& app, Run& run_command) {
       "run",
       "Guide the robot: the whole program on its cameras and its CAN bus, as the robot file's hardware says");
   command->add_option("robot", options->robot, "Robot file, e.g. config/hrp2/robot.yaml")->required();
-  command->add_option("--goal", options->goal, "Where to go [m, deg], in the map that begins at --start")
-      ->delimiter(',')
-      ->expected(2, 3)
-      ->option_text("X,Y[,YAW]")
-      ->check(finite_in(-500, 500));
-  command->add_option("--start", options->start, "Where the robot stands in the map [m, deg]")
+  command
+      ->add_option(
+          "--goal", options->goal,
+          "Where to go [m, deg], as seen from where the robot stands: ahead, to the left, turned to the left")
       ->delimiter(',')
       ->expected(2, 3)
       ->option_text("X,Y[,YAW]")

@@ -69,14 +69,19 @@ void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
   const hal::CanBusStats stats = bus.stats();
   const char* wiring =
       "look at the wiring, at 60 ohms between CAN_H and CAN_L, and at the bit rate of all that is on it";
-  const std::string state = fmt::format("{}; {} frames heard, {} lost, {} unusable", text_of(stats.state),
-                                        bus.heard(), stats.lost, stats.unusable);
+  const std::string state = fmt::format("{}; {} frames heard", text_of(stats.state), bus.heard());
   if (stats.state == hal::CanBusState::kErrorActive)
     into.ok("state", state);
   else if (stats.state == hal::CanBusState::kErrorWarning)
     into.warn("state", state, wiring);
   else
     into.fail("state", state, wiring);
+  const std::uint64_t bad = stats.lost + stats.unusable + stats.bus_off + stats.gone;
+  if (bad > 0)
+    into.warn("faults",
+              fmt::format("{} frames lost, {} unusable; {} times off the bus, {} times gone", stats.lost,
+                          stats.unusable, stats.bus_off, stats.gone),
+              wiring);
   const double load = bus.bits() / kBitRate / to_seconds(time);
   const std::string found = fmt::format("{:.0f} % at most", 100 * load);
   if (bus.heard() == 0)
@@ -91,14 +96,14 @@ void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
 std::string trouble_of(const drivers::DriveReport& drive) {
   switch (drive.failure) {
     case drivers::DriveFailure::kNone:
-      return drive.phase == drivers::DrivePhase::kRunning ? "runs" : "is still being set up";
+      return drive.phase == drivers::DrivePhase::kRunning ? "runs" : "does not answer so far";
     case drivers::DriveFailure::kSetupTimedOut:
       return "does not answer";
     case drivers::DriveFailure::kSetupRefused:
       return fmt::format("refuses object {:04X}:{:02X} (abort code {:08X})", drive.object.index,
-                         drive.object.sub, drive.abort_code);
+                         drive.object.subindex, drive.abort_code);
     case drivers::DriveFailure::kSetupReadsDifferent:
-      return fmt::format("does not keep object {:04X}:{:02X}", drive.object.index, drive.object.sub);
+      return fmt::format("does not keep object {:04X}:{:02X}", drive.object.index, drive.object.subindex);
     case drivers::DriveFailure::kStateTimedOut:
       return "does not come to Operation enabled";
     case drivers::DriveFailure::kSetPointTimedOut:
@@ -117,7 +122,8 @@ void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveRepor
   const std::string what = fmt::format("{} drive, node 0x{:02X}", joint, node), found = trouble_of(drive);
   if (drive.phase == drivers::DrivePhase::kRunning && drive.failure == drivers::DriveFailure::kNone)
     into.ok(what, found);
-  else if (drive.failure == drivers::DriveFailure::kSetupTimedOut ||
+  else if (drive.failure == drivers::DriveFailure::kNone ||
+           drive.failure == drivers::DriveFailure::kSetupTimedOut ||
            drive.failure == drivers::DriveFailure::kGone)
     into.fail(what, found, "switch the head on; look at its node number and at the bit rate of its bus");
   else
@@ -199,9 +205,11 @@ void examine_cameras(const CameraLook& look, const HardwareConfig& wanted, Diagn
       into.ok(what, found);
   }
   if (!look.pair) return;
-  const double apart = to_seconds(look.pair->exposure_gap) * 1e3;
-  const std::string found = fmt::format("{}; {:.1f} pairs/s, right {:+.1f} ms after left",
-                                        hal::text_of(look.pair->state), look.pair->rate, apart);
+  const auto gap = look.pair->exposure_gap;  // the lower end of a bin of the histogram
+  const double apart = gap ? to_seconds(*gap + drivers::PairStats::kBinWidth / 2) * 1e3 : 5;
+  const std::string found =
+      fmt::format("{}; {:.1f} pairs/s, right {} ms after left", hal::text_of(look.pair->state),
+                  look.pair->rate, gap ? fmt::format("{:+.1f}", apart) : "more than 5");
   if (look.pair->state != hal::CameraState::kStreaming)
     into.fail("pair", found, "the eyes must be triggered together, or run at the same rate");
   else if (std::abs(apart) > 2)

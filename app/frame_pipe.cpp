@@ -59,7 +59,8 @@ void FramePipe::pump() noexcept {
       continue;
     } else if (count < 0 && errno == EAGAIN) {
       return;
-    } else {  // the next reader begins with a whole frame
+    } else {  // its reader has left
+      ++left_out_;
       close();
       done_ = frame_.size();
     }

@@ -10,7 +10,9 @@
 
 namespace headway::app {
 
-/// Never waits: a frame that comes while the reader still has one to read is left out, whole.
+/// Never waits: a frame that comes while the reader still has one to read is left out, whole. Another reader
+/// begins with a whole frame, unless it comes within a moment of the one before. Ignores SIGPIPE, in the
+/// whole process.
 class FramePipe {
  public:
   /// Makes the named pipe if need be. Throws InputError where there is something else, or nothing can be

@@ -7,7 +7,7 @@ namespace headway::app {
 
 namespace {
 
-constexpr std::array<int, 2> kSignals{SIGINT, SIGTERM};
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
 volatile std::sig_atomic_t asked_to_end = 0;
 
 void take(int) { asked_to_end = 1; }
@@ -20,10 +20,12 @@ Interrupts::Interrupts() {
   action.sa_handler = take;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : kSignals) sigaction(signal, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
 Interrupts::~Interrupts() {
   for (const int signal : kSignals) std::signal(signal, SIG_DFL);
+  std::signal(SIGPIPE, SIG_DFL);
 }
 
 bool Interrupts::asked() const noexcept { return asked_to_end != 0; }

@@ -1,10 +1,11 @@
-// That the user or the service manager wants the program to end (SIGINT, SIGTERM), to be looked at between
-// two pieces of work.
+// That the user, the service manager or a terminal that closes wants the program to end (SIGINT, SIGTERM,
+// SIGHUP), to be looked at between two pieces of work.
 #pragma once
 
 namespace headway::app {
 
-/// From its making on the signals no longer end the program by themselves; a second one does.
+/// While there is one, none of these signals ends the program by itself until the same has come before. Nor
+/// does output that nobody reads any more (SIGPIPE).
 class Interrupts {
  public:
   Interrupts();

@@ -6,6 +6,7 @@
 
 #include "app/loop_configs.h"
 #include "hal/error.h"
+#include "hal/on_floor.h"
 
 namespace headway::app {
 
@@ -32,6 +33,18 @@ void check(const LiveOptions& options) {
 }
 
 }  // namespace
+
+std::optional<Pose2> hear_where_it_stands(hal::CanBus& bus, hal::Clock& clock, Duration longest) {
+  drivers::CanWalker walker(bus);
+  std::array<hal::CanFrame, 32> frames;
+  for (const Time end = clock.now() + longest; clock.now() < end;
+       clock.sleep_until(clock.now() + seconds(0.005))) {
+    while (const std::size_t count = bus.receive(frames))
+      for (const hal::CanFrame& frame : std::span(frames).first(count)) walker.receive(frame);
+    if (walker.chest().stamp != Time{}) return on_floor(walker.chest().odom_from_chest);
+  }
+  return std::nullopt;
+}
 
 const char* text_of(hal::HeadHealth health) {
   switch (health) {
@@ -73,22 +86,21 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
       frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_, clock),
       loops_({}, clock, bus_loop_, frames_, *links_) {
   check(options);
-  frames_.observe([this](const runtime::FrameSnapshot& snapshot) { report(snapshot); });
+  loops_.on_update([this] { report(); });
   if (options.goal) mission_.set_goal(*options.goal);
 }
 
-void LiveSession::report(const runtime::FrameSnapshot& snapshot) {
+/// In the frame loop's thread.
+void LiveSession::report() {
+  const runtime::BusReport& bus = links_->report.value();
   LiveStatus status;
-  status.stamp = snapshot.stamp.exposure;
-  status.state = snapshot.mission.state();
-  const std::string& reason = snapshot.mission.reason();
+  status.stamp = bus.stamp;
+  status.state = mission_.state();
+  const std::string& reason = mission_.reason();
   std::copy_n(reason.begin(), std::min(reason.size(), status.reason.size() - 1), status.reason.begin());
-  status.base = snapshot.bus.committed.stance.base();
-  status.head = snapshot.bus.head.health;
-  status.walker = snapshot.bus.walker;
-  status.frames = frames_.counters();
-  status.plans = snapshot.mission.counters().plans;
-  status.replans = snapshot.mission.counters().replans;
+  status.base = frames_.localisation().steady() * bus.committed.stance.base();
+  status.head = bus.head.health;
+  status.walker = bus.walker;
   status_.publish(status);
 }
 

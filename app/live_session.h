@@ -17,8 +17,12 @@
 
 namespace headway::app {
 
+/// Where the robot stands by its control computer's odometry; nothing when that does not tell within
+/// `longest`. Only listens. By a clock that sleeps.
+std::optional<Pose2> hear_where_it_stands(hal::CanBus& bus, hal::Clock& clock, Duration longest);
+
 struct LiveOptions {
-  Pose2 start;                    ///< where the robot stands in the map that it begins
+  Pose2 start;                    ///< where the robot stands in its odometry frame, which the map begins as
   Eigen::Vector2d floor{20, 20};  ///< size of the floor in use around the start [m]
   std::optional<nav::Goal> goal;
   double frame_rate = 15;  ///< of the cameras [Hz]
@@ -27,7 +31,7 @@ struct LiveOptions {
 const char* text_of(hal::HeadHealth health);
 const char* text_of(hal::WalkerHealth health);
 
-/// How the robot is, as of the frame worked on last; a value that one thread reads.
+/// How the robot is, as of the frame loop's newest order.
 struct LiveStatus {
   Time stamp{};
   runtime::MissionState state = runtime::MissionState::kStarting;
@@ -35,8 +39,6 @@ struct LiveStatus {
   Pose2 base;                      ///< where it believes to stand or to step to next, in the map
   hal::HeadHealth head = hal::HeadHealth::kStarting;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
-  runtime::FrameLoopCounters frames;
-  int plans = 0, replans = 0;
 };
 
 class LiveSession {
@@ -61,7 +63,7 @@ class LiveSession {
   const runtime::BusLoop& bus_loop() const { return bus_loop_; }
 
  private:
-  void report(const runtime::FrameSnapshot& snapshot);
+  void report();
 
   Robot robot_;
   drivers::Cia402Head head_;

@@ -96,6 +96,11 @@ void BusLoop::commit_steps(Time now) noexcept {
   const hal::WalkStatus status = walker_.status();
   const nav::Committed& committed = stack_.committed();
   if (committed.at_rest && (committed.next_index > 0 || committed.stopping)) open_next_session();
+  // The control computer may still be in the session of another run of this program.
+  if (!heard_ && walker_.health() != hal::WalkerHealth::kStarting) {
+    heard_ = true;
+    if (status.session == session_) open_next_session();
+  }
   // The control computer must have taken up the session before its first step, else it refuses that step.
   if (stack_.committed().at_rest && status.session != session_) return;
   while (const auto step = stack_.due(now, status)) {

@@ -60,6 +60,7 @@ class BusLoop {
   BusLoopCounters counters_;
   Time last_cycle_{}, last_chest_{}, last_head_{};
   std::uint8_t session_ = 0;
+  bool heard_ = false;                       ///< the control computer, since the beginning
   bool planned_ = false;                     ///< the session has a plan with steps
   std::array<StepRecord, 8> handed_over_{};  ///< step i at i modulo the size; at most four wait
   std::uint32_t recorded_ = 0;               ///< steps of the session that have begun

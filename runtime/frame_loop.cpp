@@ -54,6 +54,11 @@ bool FrameLoop::miss_frames(Time now) {
 
 void FrameLoop::publish() { links_.order.publish(order_); }
 
+void FrameLoop::rest() {
+  order_.walk = MotionOrder::Walk::kStop;
+  publish();
+}
+
 void FrameLoop::take_samples() {
   hal::ChestSample chest;
   while (links_.chest.pop(chest)) chest_.add(chest.stamp, chest.odom_from_chest);

@@ -75,6 +75,8 @@ class FrameLoop {
   bool work(Time now);
   /// Hands the order of the last work() to the bus loop.
   void publish();
+  /// Hands over that nothing more is to be walked; the head stays as it was told last.
+  void rest();
 
   const FrameLoopCounters& counters() const { return counters_; }
   const StageTimes& times() const { return times_; }

@@ -25,25 +25,26 @@ void LiveLoops::run_bus(const std::atomic<bool>& stop) {
 void LiveLoops::run_frames(const std::atomic<bool>& stop) {
   // However it ends, nothing more is planned.
   struct Rest {
-    Links& links;
-    ~Rest() {
-      MotionOrder order;
-      order.look = links.report.value().head.target;
-      links.order.publish(order);
-    }
-  } rest{links_};
+    FrameLoop& frames;
+    ~Rest() { frames.rest(); }
+  } rest{frames_};
   while (!stop) {
-    if (frames_.work(clock_.now()))
-      frames_.publish();
-    else
+    if (!frames_.work(clock_.now())) {
       clock_.sleep_until(clock_.now() + config_.look_every);
+      continue;
+    }
+    frames_.publish();
+    if (updated_) updated_();
   }
 }
 
 bool LiveLoops::stop() noexcept {
   if (frame_thread_) frame_thread_->stop();
   if (bus_thread_) bus_thread_->stop();
-  return at_rest_;
+  links_.report.update();
+  const BusReport& last = links_.report.value();
+  const bool heard = last.walker == hal::WalkerHealth::kReady || last.walker == hal::WalkerHealth::kNoChest;
+  return at_rest_ && heard && last.walk.state == hal::WalkState::kStanding;
 }
 
 std::optional<std::string> LiveLoops::failure() const {

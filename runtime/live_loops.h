@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +19,8 @@ namespace headway::runtime {
 struct LiveConfig {
   Duration period = seconds(0.005);      ///< of the bus loop
   Duration look_every = seconds(0.002);  ///< how often the frame loop looks for a new frame
-  Duration rest_within = seconds(6);  ///< the bus loop goes on for so long at most to bring the robot to rest
+  Duration rest_within =
+      seconds(12);  ///< the bus loop goes on for so long at most to bring the robot to rest
 };
 
 /// Once started, `bus` and `frames` belong to the threads until stop() has returned.
@@ -29,8 +31,11 @@ class LiveLoops {
   /// As stop().
   ~LiveLoops() { stop(); }
 
+  /// Called in the frame loop's thread after each of its orders; ahead of start().
+  void on_update(std::function<void()> updated) { updated_ = std::move(updated); }
   void start();
-  /// Plans nothing more, lets the robot come to rest, then ends. True when it rests. May be called again.
+  /// Plans nothing more, lets the robot come to rest, then ends. True when the control computer says that it
+  /// stands. May be called again.
   bool stop() noexcept;
 
   /// A loop has ended by itself: for what reason. The robot is being brought to rest; call stop().
@@ -47,6 +52,7 @@ class LiveLoops {
   BusLoop& bus_;
   FrameLoop& frames_;
   Links& links_;
+  std::function<void()> updated_;
   std::unique_ptr<Thread> bus_thread_, frame_thread_;
   std::atomic<bool> at_rest_{true};
 };

@@ -1,11 +1,15 @@
 #include "runtime/threads.h"
 
+#include <cerrno>
 #include <cstring>
 #include <exception>
 #include <utility>
 
 #include <pthread.h>
 #include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace headway::runtime {
 
@@ -37,6 +41,16 @@ void Thread::raise_priority(const ThreadKind& kind) {
   wanted.sched_priority = kind.priority;
   const int fault = pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &wanted);
   if (fault != 0) refusal_ = std::string(kind.name) + ": priority refused: " + std::strerror(fault);
+}
+
+std::string lock_memory() {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  // With a bound, memory that is asked for later would be refused.
+  if (geteuid() != 0 && limit.rlim_cur != RLIM_INFINITY)
+    return "memory is not locked: memlock is not unlimited";
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  return std::string("memory is not locked: ") + std::strerror(errno);
 }
 
 }  // namespace headway::runtime

@@ -1,4 +1,4 @@
-// Every thread of this program: what it does, how urgent it is. Nowhere else is one started.
+// Every thread that this program starts: what it does, how urgent it is. Nowhere else is one started.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ struct ThreadKind {
   const char* does;
 };
 
-enum class ThreadId : std::uint8_t { kBus, kUsb, kFrames };
+enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames };
 
 inline constexpr std::array<ThreadKind, 3> kThreads{{
     {"headway-bus", 70, "the bus cycle: CAN in and out, head set-points, committed steps"},
-    {"headway-usb", 60, "the events of a CAN adapter on USB, and its reopening"},
+    {"headway-adapter", 60, "what a CAN adapter on USB or a serial line needs: events, reopening"},
     {"headway-frames", 0, "the work between two frames: cameras, map, floor, plan"},
 }};
 constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
@@ -51,5 +51,8 @@ class Thread {
   std::string failure_, refusal_;
   std::thread thread_;
 };
+
+/// Keeps all memory, present and future, from being paged out. Why not, where that is refused; else empty.
+std::string lock_memory();
 
 }  // namespace headway::runtime

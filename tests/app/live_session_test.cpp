@@ -25,36 +25,42 @@ sim::World empty_room() {
   return world;
 }
 
-/// The robot behind its bus: it moves whenever the bus is looked at, and its pictures cross to the frame
-/// loop.
-class RobotOnBus final : public hal::CanBus, public hal::DepthCamera {
+/// The robot behind its bus: it moves whenever the bus is looked at, by the bus loop's thread.
+class RobotOnBus final : public hal::CanBus {
  public:
   RobotOnBus(NodeSession& node, const hal::Clock& clock) : node_(node), clock_(clock) {}
 
-  // The bus loop's thread:
   bool send(const hal::CanFrame& frame) noexcept override { return node_.bus().send(frame); }
   std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
     node_.catch_up(clock_.now());
     hal::DepthFrame frame;
-    if (!blind && node_.depth()->take_newest(frame)) pictures_.publish(frame);
+    if (!blind && node_.depth()->take_newest(frame)) pictures.publish(frame);
     return node_.bus().receive(into);
   }
   hal::CanBusState state() const noexcept override { return node_.bus().state(); }
 
-  // The frame loop's thread:
-  bool take_newest(hal::DepthFrame& into) override {
-    if (explode) throw Error("the cameras have melted");
-    if (!pictures_.update()) return false;
-    into = pictures_.value();
-    return true;
-  }
-
-  std::atomic<bool> blind{false}, explode{false};
+  std::atomic<bool> blind{false};
+  hal::NewestSlot<hal::DepthFrame> pictures;
 
  private:
   NodeSession& node_;
   const hal::Clock& clock_;
-  hal::NewestSlot<hal::DepthFrame> pictures_;
+};
+
+/// Its pictures, on the frame loop's thread.
+class Pictures final : public hal::DepthCamera {
+ public:
+  explicit Pictures(RobotOnBus& wires) : wires_(wires) {}
+  bool take_newest(hal::DepthFrame& into) override {
+    if (explode) throw Error("the cameras have melted");
+    if (!wires_.pictures.update()) return false;
+    into = wires_.pictures.value();
+    return true;
+  }
+  std::atomic<bool> explode{false};
+
+ private:
+  RobotOnBus& wires_;
 };
 
 struct Bench {
@@ -86,7 +92,8 @@ struct Bench {
   Robot robot = hrp2();
   NodeSession node{robot, empty_room(), {}, true, clock.now()};
   RobotOnBus wires{node, clock};
-  runtime::DepthEyes eyes{wires, node.depth_eyes()};
+  Pictures pictures{wires};
+  runtime::DepthEyes eyes{pictures, node.depth_eyes()};
   LiveSession session{
       robot,
       {.start = {-0.8, 0, 0}, .floor = {8, 8}, .goal = nav::Goal{{0.7, 0.1}, {}}, .frame_rate = 10},
@@ -119,11 +126,41 @@ TEST(LiveSessionSlow, ComesToRestWhenTheFrameLoopBreaks) {
   Bench bench;
   bench.session.start();
   ASSERT_TRUE(bench.until_under_way());
-  bench.wires.explode = true;
-  while (!bench.session.failure()) bench.clock.sleep_until(bench.clock.now() + seconds(0.05));
+  bench.pictures.explode = true;
+  for (int i = 0; i < 200 && !bench.session.failure(); ++i)
+    bench.clock.sleep_until(bench.clock.now() + seconds(0.05));
+  ASSERT_TRUE(bench.session.failure());
   EXPECT_EQ(*bench.session.failure(), "the cameras have melted");
   EXPECT_TRUE(bench.session.stop());
   bench.expect_rest_on_the_way();
+}
+
+TEST(LiveSessionSlow, SaysThatItHasGivenUpWhenItHasBeenBlindForLong) {
+  Bench bench;
+  bench.session.start();
+  ASSERT_TRUE(bench.until_under_way());
+  bench.wires.blind = true;
+  EXPECT_TRUE(bench.until(runtime::MissionState::kStopped, 20));
+  EXPECT_NE(std::string(bench.status.reason.data()).find("nothing has been seen for 10 s"), std::string::npos)
+      << bench.status.reason.data();
+  EXPECT_TRUE(bench.session.stop());
+  bench.expect_rest_on_the_way();
+}
+
+TEST(LiveSession, HearsWhereTheRobotStands) {
+  Bench bench;
+  const auto stands = hear_where_it_stands(bench.wires, bench.clock, seconds(5));
+  ASSERT_TRUE(stands);
+  EXPECT_NEAR(stands->x, -0.8, 0.01);
+  EXPECT_NEAR(stands->y, 0, 0.01);
+  hal::ManualClock clock;
+  hal::Clock& stepped = clock;
+  struct Silence final : hal::CanBus {
+    bool send(const hal::CanFrame&) noexcept override { return true; }
+    std::size_t receive(std::span<hal::CanFrame>) noexcept override { return 0; }
+    hal::CanBusState state() const noexcept override { return hal::CanBusState::kErrorActive; }
+  } silence;
+  EXPECT_FALSE(hear_where_it_stands(silence, stepped, seconds(5)));
 }
 
 TEST(LiveSession, RefusesAGoalBeyondTheFloorInUse) {

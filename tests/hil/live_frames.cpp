@@ -1,12 +1,11 @@
 #include "tests/hil/live_frames.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "hal/error.h"
 
@@ -14,7 +13,9 @@ namespace headway::hil {
 
 LiveFrames::LiveFrames(const std::string& pipe, std::size_t frame_size)
     // Open for writing as well, so that it does not end with each writer.
-    : pipe_(::open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)), frame_size_(frame_size), coming_(frame_size) {
+    : pipe_(::open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)),
+      frame_size_(frame_size),
+      coming_(frame_size) {
   if (pipe_.number() < 0)
     throw InputError(fmt::format("{}: {}; expected a named pipe", pipe, std::strerror(errno)));
 }

@@ -77,7 +77,8 @@ int run(int argc, char** argv) {
 
   CLI::App app("An emulated camera of the USB Video Class, plugged into this kernel until it is ended.");
   app.footer(kCommands);
-  auto* still = app.add_option("--frames", frames, "File of the frames that it films, back to back and again");
+  auto* still =
+      app.add_option("--frames", frames, "File of the frames that it films, back to back and again");
   auto* moving = app.add_option("--live", live, "Named pipe that the frames come from as they are filmed");
   still->excludes(moving);
   app.add_option("--size", size, "Width and height, as in: --size 640 480");

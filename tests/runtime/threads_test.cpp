@@ -18,8 +18,8 @@ TEST(Threads, HaveNamesOfTheirOwnThatTheSystemCanShow) {
     names.insert(kind.name);
   }
   EXPECT_EQ(names.size(), kThreads.size());
-  EXPECT_GT(kind(ThreadId::kBus).priority, kind(ThreadId::kUsb).priority);
-  EXPECT_GT(kind(ThreadId::kUsb).priority, kind(ThreadId::kFrames).priority);
+  EXPECT_GT(kind(ThreadId::kBus).priority, kind(ThreadId::kAdapter).priority);
+  EXPECT_GT(kind(ThreadId::kAdapter).priority, kind(ThreadId::kFrames).priority);
 }
 
 TEST(Threads, EndWhenAskedAndKeepNothingToSay) {

@@ -29,8 +29,9 @@ class Faults(unittest.TestCase):
     def test_every_state_exists(self):
         sources = "\n".join(file.read_text() for room in ("hal", "nav", "runtime") for file in (ROOT / room).glob("*.h"))
         for kind, value in set(re.findall(r"`(\w+)::(\w+)(?:\(\))?`", TABLE)):
-            self.assertRegex(sources, rf"\b(enum class|struct|class) {kind}\b")
-            self.assertRegex(sources, rf"\b{value}\b")
+            body = re.search(rf"\b(?:enum class|struct|class) {kind}\b[^;{{]*{{(.*?)\n}};", sources, re.DOTALL)
+            self.assertTrue(body, kind)
+            self.assertRegex(body[1], rf"\b{value}\b", f"{kind}::{value}")
 
     def test_an_unknown_test_is_found(self):
         self.assertEqual(tests_in("TEST(A, B) {\nRC_GTEST_PROP(C,\n              D, ()) {"), {"A.B", "C.D"})

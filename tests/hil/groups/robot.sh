@@ -30,10 +30,12 @@ grep -q . /tmp/heard || fail "no status of the control computer: $(cat /tmp/node
 say "headway run looks around and walks it to the goal"
 status=0
 timeout 1100 "$build/headway" run "$robot" --bus socketcan:vcan0 --left "$ports:1:1.0-video-index0" \
-  --right "$ports:2:1.0-video-index0" --start -0.5,0 --floor 5,5 --goal 0.3,0 --slower "$slower" --out /tmp/run || status=$?
-kill "$node"
-wait "$node" || true
+  --right "$ports:2:1.0-video-index0" --floor 5,5 --goal 0.8,0 --slower "$slower" --out /tmp/run || status=$?
+kill "$node" || true
+ended=0
+wait "$node" || ended=$?
 cat /tmp/node.log
+((ended == 0)) || fail "headway node ended with $ended"
 ((status == 0)) || fail "headway run ended with $status: $(cat /tmp/run/report.json)"
 
 say "and there it stands, by the simulator's truth"

@@ -1,0 +1,36 @@
+#include "app/interrupts.h"
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+namespace headway::app {
+namespace {
+
+TEST(Interrupts, TellThatSomebodyWantsTheProgramToEndAndLetItGoOn) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const Interrupts interrupts;
+    EXPECT_FALSE(interrupts.asked());
+    std::raise(signal);
+    EXPECT_TRUE(interrupts.asked()) << signal;
+  }
+}
+
+TEST(Interrupts, LetNoReaderThatLeftEndTheProgram) {
+  const Interrupts interrupts;
+  std::raise(SIGPIPE);
+  EXPECT_FALSE(interrupts.asked());
+}
+
+TEST(InterruptsDeathTest, ASecondOneEndsIt) {
+  EXPECT_EXIT(
+      {
+        const Interrupts interrupts;
+        std::raise(SIGINT);
+        std::raise(SIGINT);
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
+}  // namespace
+}  // namespace headway::app
