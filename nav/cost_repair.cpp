@@ -28,16 +28,18 @@ Ticks least_of_cells(const CostChunk& chunk, std::uint16_t cells) {
   return lowest(barred(best, static_cast<std::uint16_t>(~cells)));
 }
 
-/// Forgets the costs of a chunk that are not below the limit. Returns whether there were any; `left`: the
-/// least of the others.
-HWY_INLINE bool forget_from(CostChunk& chunk, Cells limit, Ticks& left) {
+/// Forgets the costs of a chunk that are not below the limit, but for what a change of mode makes of the
+/// others: sweeps do that only together with a motion. Returns whether there were any; `left`: the least of
+/// the others.
+HWY_INLINE bool forget_from(CostChunk& chunk, Cells limit, Cells mode_change, Ticks& left) {
   Cells lost = all_of(0), best = all_of(kTooDear);
-  for (int l = 0; l < kLayers; ++l) {
-    const Cells cost = load(chunk.cost[l]);
-    const Cells kept = where_below(cost, limit);
-    lost = either(lost, gain(kept, cost));
-    best = least(best, kept);
-    store(kept, chunk.cost[l]);
+  for (int h = 0; h < kHeadings; ++h) {
+    const Cells old_forward = load(chunk.cost[h]), old_sideway = load(chunk.cost[kHeadings + h]);
+    const Cells forward = where_below(old_forward, limit), sideway = where_below(old_sideway, limit);
+    lost = either(lost, either(gain(forward, old_forward), gain(sideway, old_sideway)));
+    best = least(best, least(forward, sideway));
+    store(least(forward, plus(sideway, mode_change)), chunk.cost[h]);
+    store(least(sideway, plus(forward, mode_change)), chunk.cost[kHeadings + h]);
   }
   left = lowest(best);
   return !none(lost);
@@ -58,11 +60,12 @@ class Repair {
 
  private:
   void forget(Ticks limit) {
-    const Cells limits = all_of(limit);
+    const Cells limits = all_of(limit), mode_change = all_of(s_.costs.mode_change);
     std::vector<ChunkPlace> forgotten;
     std::vector<Ticks> left(s_.table.size(), kTooDear);
     for (const ChunkPlace& c : s_.touched_list)
-      if (forget_from(s_.table.at(c.y, c.i), limits, left[s_.table.index(c.y, c.i)])) forgotten.push_back(c);
+      if (forget_from(s_.table.at(c.y, c.i), limits, mode_change, left[s_.table.index(c.y, c.i)]))
+        forgotten.push_back(c);
     // What was forgotten costs no less than the limit when it is found again, or less by way of a change that
     // was not passed on yet and that has been noted. A step on, the way from the start may be shorter by as
     // much.
