@@ -23,7 +23,7 @@ struct Options {
   std::filesystem::path robot = default_robot_file(), world, left, right;
   std::string bus;
   std::uint64_t seed = 0;
-  double slower = 1;
+  double slower = 1, camera_delay = 20;
 };
 
 /// All that one bus has received goes out on the other.
@@ -46,8 +46,9 @@ int run(const Options& options) {
   NodeSession node(robot, world, simulated, false, clock.now());
   std::unique_ptr<NodePictures> pictures;
   if (!options.left.empty()) {
-    pictures = std::make_unique<NodePictures>(world, simulated_pair(robot.rig, simulated.seed), options.left,
-                                              options.right, clock);
+    sim::StereoCameraModel model = simulated_pair(robot.rig, simulated.seed);
+    model.transfer = seconds(options.camera_delay / 1000);
+    pictures = std::make_unique<NodePictures>(world, model, options.left, options.right, clock);
     node.on_exposure([&](Time at, const Eigen::Isometry3d& map_from_left, const sim::WorldState& state) {
       pictures->expose({at, map_from_left, state});
     });
@@ -88,6 +89,12 @@ void add_node(CLI::App& app, Run& run_command) {
   command->add_option("--left", options->left,
                       "Named pipe for the left camera's raw grey frames; made if need be");
   command->add_option("--right", options->right, "And for the right one's");
+  command
+      ->add_option("--camera-delay", options->camera_delay,
+                   "From the exposure to when a picture is handed over [ms]; 'run' needs to know it "
+                   "(neck: camera_time_offset_ms in its robot file)")
+      ->check(finite_in(0, 100))
+      ->capture_default_str();
   command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")
       ->check(seed_number())
       ->capture_default_str();

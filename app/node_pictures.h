@@ -24,12 +24,12 @@ struct Exposure {
   sim::WorldState world;
 };
 
-/// Draws the newest exposure and hands both eyes' pictures over to named pipes. Exposures that come while one
-/// is drawn are left out, but for the newest.
+/// Draws the newest exposure and, when the camera's transfer is over, hands both eyes' pictures over to named
+/// pipes: later only where drawing takes longer than that. Exposures that come while one is drawn are left
+/// out, but for the newest.
 class NodePictures {
  public:
-  /// `clock` must outlive this; it paces the looking for new exposures. Throws InputError as SimStereoCamera
-  /// and FramePipe do.
+  /// `clock` must outlive this. Throws InputError as SimStereoCamera and FramePipe do.
   NodePictures(const sim::World& world, const sim::StereoCameraModel& model,
                const std::filesystem::path& left, const std::filesystem::path& right, hal::Clock& clock);
 
@@ -43,13 +43,11 @@ class NodePictures {
 
  private:
   void run(const std::atomic<bool>& stop);
-  void draw(const Exposure& exposure);
 
   hal::Clock& clock_;
   hal::NewestSlot<Exposure> exposures_;
   std::atomic<std::uint64_t> written_{0};
   // The thread's alone:
-  hal::ManualClock exposed_;  ///< of the picture that is drawn
   sim::Scene scene_;
   sim::SimStereoCamera camera_;
   hal::StereoFrame frame_;

@@ -49,7 +49,7 @@ TEST(NodePictures, ShowTheWorldAsItWasWhenTheEyesWereExposed) {
   hal::StereoFrame expected;
   for (int i = 0; i < 3; ++i) {
     scene.advance(Time{} + seconds(4.0 * i), {world.start.x + 0.3 * i, world.start.y, 0});
-    exposure.at = Time{} + seconds(4.0 * i);
+    exposure.at = clock.now();
     exposure.world = scene.state();
     camera.expose(exposure.at, exposure.map_from_left);
     seen_at.set(exposure.at + model.transfer);

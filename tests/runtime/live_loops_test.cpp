@@ -2,6 +2,7 @@
 #include "runtime/live_loops.h"
 
 #include <atomic>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@ namespace {
 class ShutEyes final : public Eyes {
  public:
   std::optional<FrameStamp> take() override {
+    while (hang) std::this_thread::yield();
     ++looks;
     return std::nullopt;
   }
@@ -21,6 +23,7 @@ class ShutEyes final : public Eyes {
   Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
   const std::string& fault() const override { return fault_; }
   std::atomic<int> looks{0};
+  std::atomic<bool> hang{false};
 
  private:
   vision::RangeView view_;
@@ -54,6 +57,21 @@ TEST(LiveLoops, RunBothLoopsUntilTheyAreStopped) {
   const auto cycles = bench.bus_loop.counters().cycles;
   EXPECT_TRUE(bench.loops.stop()) << "again";
   EXPECT_EQ(bench.bus_loop.counters().cycles, cycles);
+}
+
+TEST(LiveLoops, TellWhichOfThemHangs) {
+  Bench bench;
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now())) << "not started";
+  bench.eyes.hang = true;
+  bench.loops.start();
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now()));
+  std::optional<std::string> hanging;
+  while (!hanging) hanging = bench.loops.hanging(bench.clock.now());
+  EXPECT_EQ(hanging->substr(0, 37), "the frame loop has not gone round for");
+  bench.eyes.hang = false;
+  while (bench.loops.hanging(bench.clock.now())) std::this_thread::yield();
+  bench.loops.stop();
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now() + seconds(60))) << "stopped";
 }
 
 TEST(LiveLoops, AreStoppedBeforeTheyWereStarted) {
