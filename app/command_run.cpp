@@ -184,7 +184,7 @@ int run(Options options) {
     const bool hung = hanging.has_value();
     hanging = session.hanging(clock.now());
     if (hanging && !hung) log.say("{}", *hanging);
-    if (!hanging) service.alive(clock.now());
+    if (!hanging) service.alive(hal::MonotonicClock().now());
     if (adapter && adapter->ended()) failure = "the CAN adapter: " + adapter->failure();
     clock.sleep_until(clock.now() + seconds(0.02));
   }
@@ -200,6 +200,7 @@ int run(Options options) {
     fmt::print("{}\n", out->list());
   }
   if (failure) throw Error(*failure);
+  if (options.goal.empty() && interrupts.asked() && rests) return kSuccess;
   return session.mission().state() == runtime::MissionState::kArrived ? kSuccess : kNotReached;
 }
 

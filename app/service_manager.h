@@ -17,8 +17,8 @@ class ServiceManager {
   void ready() const;
   /// One line for `systemctl status`.
   void status(const std::string& line) const;
-  /// To be called often while all goes on: told on at half of the time after which the manager would think it
-  /// hung (WatchdogSec=).
+  /// To be called often while all goes on, by real time: told on at half of the time after which the manager
+  /// would think it hung (WatchdogSec=).
   void alive(Time now);
   void stopping() const;
 

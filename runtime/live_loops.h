@@ -21,9 +21,10 @@ struct LiveConfig {
   Duration look_every = seconds(0.002);  ///< how often the frame loop looks for a new frame
   Duration rest_within =
       seconds(12);  ///< the bus loop goes on for so long at most to bring the robot to rest
-  // A loop that has not gone round for so long hangs:
+  // A loop that has not gone round for so long hangs. A camera that is opened again may take the frame loop
+  // several of the kernel's time-outs of 5 s each.
   Duration bus_hangs = seconds(0.5);
-  Duration frames_hang = seconds(5);
+  Duration frames_hang = seconds(20);
 };
 
 /// Once started, `bus` and `frames` belong to the threads until stop() has returned.

@@ -12,7 +12,7 @@ import unittest
 
 BUILD = None
 # What the unit refers to, and what systemd takes for granted.
-UNITS = ("sysinit.target", "basic.target", "shutdown.target", "network.target", "multi-user.target")
+UNITS = ("systemd-udev-settle.service", "modprobe@.service", "sysinit.target", "basic.target", "shutdown.target", "network.target", "multi-user.target")
 
 
 def output(*command):
@@ -55,7 +55,8 @@ class Installed(unittest.TestCase):
         unit = self.units / "headway.service"
         right = unit.read_text()
         for name in UNITS:
-            (self.units / name).write_text(f"[Unit]\nDescription={name}\n")
+            service = "[Service]\nExecStart=/usr/bin/headway\n" if name.endswith(".service") else ""
+            (self.units / name).write_text(f"[Unit]\nDescription={name}\n{service}")
         try:
             unit.write_text(text or right)
             return output("systemd-analyze", "verify", f"--root={self.root}", "headway.service").strip()
@@ -101,9 +102,10 @@ class Installed(unittest.TestCase):
             made = files_below(pathlib.Path(unpacked) / "usr")
             self.assertEqual(made, {f for f in files_below(self.root / "usr") if pathlib.Path(f).name not in UNITS})
             self.assertIn("bin/headway", made)
-            script = pathlib.Path(unpacked) / "control/postinst"
-            output("sh", "-n", script)
-            self.assertTrue(script.stat().st_mode & 0o100)
+            for name in ("postinst", "prerm", "postrm"):
+                script = pathlib.Path(unpacked) / "control" / name
+                output("sh", "-n", script)
+                self.assertTrue(script.stat().st_mode & 0o100, name)
             self.assertIn("libsystemd0", output("dpkg-deb", "-f", package, "Depends"))
 
 

@@ -82,6 +82,7 @@ TEST(ServiceManager, IsNotToldOfLifeWhenItDoesNotWatch) {
 }
 
 TEST(ServiceManager, MayBeAbsent) {
+  ::unsetenv("NOTIFY_SOCKET");
   ServiceManager told;
   told.ready();
   told.status("nobody hears this");

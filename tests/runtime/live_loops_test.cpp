@@ -41,7 +41,7 @@ struct Bench {
   Mission mission{{}, mapper.floor().grid};
   BusLoop bus_loop{{.stance = hal::Stance::parallel({}, 0.19), .steps = {}}, bus, head, walker, links};
   FrameLoop frames{{}, eyes, mapper, mission, links, clock};
-  LiveLoops loops{{}, clock, bus_loop, frames, links};
+  LiveLoops loops{{.frames_hang = seconds(1)}, clock, bus_loop, frames, links};
 };
 
 TEST(LiveLoops, RunBothLoopsUntilTheyAreStopped) {
@@ -65,11 +65,18 @@ TEST(LiveLoops, TellWhichOfThemHangs) {
   bench.eyes.hang = true;
   bench.loops.start();
   EXPECT_FALSE(bench.loops.hanging(bench.clock.now()));
-  std::optional<std::string> hanging;
-  while (!hanging) hanging = bench.loops.hanging(bench.clock.now());
-  EXPECT_EQ(hanging->substr(0, 37), "the frame loop has not gone round for");
+  const auto hanging_is = [&](bool expected) {
+    const Time give_up = bench.clock.now() + seconds(300);
+    auto hanging = bench.loops.hanging(bench.clock.now());
+    while (hanging.has_value() != expected && bench.clock.now() < give_up) {
+      bench.clock.sleep_until(bench.clock.now() + seconds(0.1));
+      hanging = bench.loops.hanging(bench.clock.now());
+    }
+    return hanging.value_or("");
+  };
+  EXPECT_EQ(hanging_is(true).substr(0, 37), "the frame loop has not gone round for");
   bench.eyes.hang = false;
-  while (bench.loops.hanging(bench.clock.now())) std::this_thread::yield();
+  EXPECT_EQ(hanging_is(false), "");
   bench.loops.stop();
   EXPECT_FALSE(bench.loops.hanging(bench.clock.now() + seconds(60))) << "stopped";
 }

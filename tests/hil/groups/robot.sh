@@ -36,7 +36,7 @@ grep -q . /tmp/heard || fail "no status of the control computer: $(cat /tmp/node
 
 say "headway run looks around and walks it to the goal"
 status=0
-timeout "${HEADWAY_HIL_SECONDS:-1100}" "$build/headway" run "$robot" --bus socketcan:vcan0 --left "$ports:1:1.0-video-index0" \
+timeout "$((${HEADWAY_HIL_SECONDS:-1200} - 100))" "$build/headway" run "$robot" --bus socketcan:vcan0 --left "$ports:1:1.0-video-index0" \
   --right "$ports:2:1.0-video-index0" --floor 5,5 --goal 0.8,0 --slower "$slower" --out /tmp/run || status=$?
 kill "$node" || true
 ended=0
