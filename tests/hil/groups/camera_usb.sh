@@ -97,6 +97,8 @@ expect_end_of "$stream"
 tell plug
 wait_for "the kernel to find the camera" there
 film 8
+
+HEADWAY_VIDEO=$video HEADWAY_CAMERA_COMMANDS=$commands run_tests hil_camera_usb_tests
 end_camera
 
 say "colour frames are read as they were given"
