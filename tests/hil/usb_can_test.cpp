@@ -55,7 +55,7 @@ class UsbCan : public ::testing::Test {
     return {.serial = serial_,
             .echo_timeout = std::chrono::seconds(2),
             .first_pause = milliseconds(20),
-            .longest_pause = milliseconds(200)};
+            .longest_pause = milliseconds(50)};
   }
 
   /// False where no adapter listens to commands.
