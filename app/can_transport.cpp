@@ -18,19 +18,22 @@ namespace {
 
 CanTransport open_socketcan(const std::string& interface, hal::Clock& clock) {
   return {std::make_unique<drivers::SocketCanBus>(drivers::SocketCanConfig{.interface = interface}, clock),
+          {},
           {}};
 }
 
 CanTransport open_slcan(const std::string& tty, hal::Clock& clock) {
   auto bus = std::make_unique<drivers::SlcanBus>(drivers::SlcanConfig{.path = tty}, clock);
   drivers::SlcanBus& serving = *bus;
-  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }, {}};
 }
 
 CanTransport open_gs_usb(const std::string& serial, hal::Clock& clock) {
   auto bus = std::make_unique<drivers::GsUsbBus>(drivers::GsUsbConfig{.serial = serial}, clock);
   drivers::GsUsbBus& serving = *bus;
-  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); },
+          fmt::format("firmware {}, hardware {}, {} channel(s)", serving.device().firmware,
+                      serving.device().hardware, serving.device().channels)};
 }
 
 struct Kind {

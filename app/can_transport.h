@@ -16,6 +16,8 @@ struct CanTransport {
   /// What a thread that may wait must call over and over, saying how long it may take at most: it brings a
   /// lost adapter back. Empty where the bus needs none. Not to be called when the bus is no more.
   std::function<void(Duration)> serve;
+  /// What the adapter says of itself, where the transport asks it; else empty.
+  std::string adapter;
 };
 
 /// What open_can_transport() knows, for help texts.

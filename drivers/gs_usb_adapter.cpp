@@ -180,10 +180,10 @@ void GsUsbAdapter::set_up() {
   must_tell(Request::kHostFormat, 1, gs_usb::pack_host_format());
   std::array<std::uint8_t, gs_usb::DeviceConfig::kSize> device{};
   must_ask(Request::kDeviceConfig, 1, device);
-  const unsigned channels = gs_usb::DeviceConfig::unpack(device).channels;
-  if (config_.channel >= channels) {
+  device_ = gs_usb::DeviceConfig::unpack(device);
+  if (config_.channel >= device_.channels) {
     throw InputError(fmt::format("USB-CAN adapter '{}': channel: {}, expected 0 to {}", config_.serial,
-                                 config_.channel, channels - 1));
+                                 config_.channel, device_.channels - 1));
   }
   const auto channel = static_cast<std::uint16_t>(config_.channel);
   std::array<std::uint8_t, gs_usb::Capabilities::kSize> capabilities{};

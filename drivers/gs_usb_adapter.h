@@ -53,6 +53,8 @@ class GsUsbAdapter {
   /// Of both bulk endpoints, after a stall.
   bool clear_halts() noexcept;
 
+  /// What it said of itself when it was opened.
+  const gs_usb::DeviceConfig& device() const noexcept { return device_; }
   bool has_clock() const noexcept { return has(gs_usb::kTimestamps); }
   bool tells_state() const noexcept { return has(gs_usb::kTellsState); }
   /// The adapter's clock [us]; nothing when it does not answer.
@@ -110,6 +112,7 @@ class GsUsbAdapter {
   Handle handle_;
   Interface interface_;
   Claim claim_;
+  gs_usb::DeviceConfig device_;
   gs_usb::Capabilities capabilities_;
 };
 

@@ -19,6 +19,7 @@ GsUsbBus::GsUsbBus(const GsUsbConfig& config, hal::Clock& clock, UsbCalls& usb)
       clock_(clock),
       usb_(usb),
       link_(std::make_unique<GsUsbLink>(usb, config, clock, mailbox_)),
+      device_(link_->adapter().device()),
       opened_(clock.now()) {}
 
 GsUsbBus::~GsUsbBus() = default;

@@ -35,6 +35,9 @@ class GsUsbBus final : public hal::CanBus {
   /// is finished first: with an adapter that does not answer that takes GsUsbAdapter::kAnswerTimeout more.
   void serve(Duration longest) noexcept;
 
+  /// What the adapter said of itself when the bus was constructed.
+  const gs_usb::DeviceConfig& device() const noexcept { return device_; }
+
   bool send(const hal::CanFrame& frame) noexcept override;
   std::size_t receive(std::span<hal::CanFrame> into) noexcept override { return mailbox_.receive(into); }
   hal::CanBusState state() const noexcept override { return mailbox_.state(); }
@@ -52,6 +55,7 @@ class GsUsbBus final : public hal::CanBus {
   CanMailbox mailbox_;
   WakeUp bell_;  ///< rung for every frame that is to be sent
   std::unique_ptr<GsUsbLink> link_;
+  gs_usb::DeviceConfig device_;
   Time opened_{}, next_try_{};
   Duration pause_{};
 };

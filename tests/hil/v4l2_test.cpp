@@ -335,15 +335,16 @@ TEST_F(VividCamera, HoldsNothingAfterAHundredTimes) {
 
 TEST_F(VividCamera, HoldsNothingMoreAfterFiftyUnplugs) {
   config_.least_back_off = config_.longest_back_off = std::chrono::milliseconds(10);
+  const Held while_closed = held_now();
   open();
   const Held while_open = held_now();
-  for (int i = 0; i < 50; ++i) {
+  for (std::uint64_t i = 0; i < 50; ++i) {
     // While udev still looks at the old device file, the next one gets another name.
     ASSERT_EQ(run("udevadm settle && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind"), 0);
-    ASSERT_TRUE(until_state(CameraState::kGone)) << i;
-    ASSERT_EQ(held(config_.path), 0) << i;
+    ASSERT_TRUE(until([&] { return stats().gone == i + 1; })) << i;
+    ASSERT_EQ(held_now(), while_closed) << i;
     ASSERT_EQ(run("udevadm settle && echo vivid.0 >/sys/bus/platform/drivers/vivid/bind"), 0);
-    // Streaming, whatever its stamps are worth: they may lie in the future.
+    // Open, whatever its stamps are worth: they may lie in the future.
     ASSERT_TRUE(until([&] { return held(config_.path) > 4; })) << i;
     ASSERT_EQ(held_now(), while_open) << i;
   }
