@@ -73,10 +73,10 @@ void GsUsbConfig::validate() const {
           fmt::format("sample_point: {}, expected 0.5 to 0.95", sample_point));
   require(echo_timeout >= std::chrono::milliseconds(10),
           fmt::format("echo_timeout: {} s, expected at least 0.01 s", to_seconds(echo_timeout)));
-  require(first_pause >= std::chrono::milliseconds(10) && longest_pause >= first_pause,
-          fmt::format(
-              "first_pause, longest_pause: {} s, {} s, expected at least 0.01 s, and the longest no shorter",
-              to_seconds(first_pause), to_seconds(longest_pause)));
+  require(
+      retry.is_sound(),
+      fmt::format("retry: first {} s, longest {} s, expected 0.001 s to an hour, and the longest no shorter",
+                  to_seconds(retry.first), to_seconds(retry.longest)));
 }
 
 GsUsbAdapter::GsUsbAdapter(UsbCalls& usb, const GsUsbConfig& config)

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "drivers/back_off.h"
 #include "drivers/can_mailbox.h"
 #include "drivers/gs_usb_adapter.h"
 #include "drivers/gs_usb_link.h"
@@ -47,7 +48,6 @@ class GsUsbBus final : public hal::CanBus {
  private:
   void serve_link(Duration longest) noexcept;
   void open_again() noexcept;
-  void pause(Time now) noexcept;
 
   GsUsbConfig config_;
   hal::Clock& clock_;
@@ -56,8 +56,8 @@ class GsUsbBus final : public hal::CanBus {
   WakeUp bell_;  ///< rung for every frame that is to be sent
   std::unique_ptr<GsUsbLink> link_;
   gs_usb::DeviceConfig device_;
-  Time opened_{}, next_try_{};
-  Duration pause_{};
+  Time opened_{};
+  BackOff retry_;
 };
 
 }  // namespace headway::drivers

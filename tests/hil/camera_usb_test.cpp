@@ -29,7 +29,7 @@ class UsbCamera : public ::testing::Test {
     config_.width = 320;
     config_.height = 240;
     config_.format = PixelFormat::kGrey;
-    config_.least_back_off = config_.longest_back_off = std::chrono::milliseconds(50);
+    config_.retry = {.first = std::chrono::milliseconds(50), .longest = std::chrono::milliseconds(50)};
     pipe_ = pipe;
   }
 

@@ -54,8 +54,7 @@ class UsbCan : public ::testing::Test {
   GsUsbConfig config() const {
     return {.serial = serial_,
             .echo_timeout = std::chrono::seconds(2),
-            .first_pause = milliseconds(20),
-            .longest_pause = milliseconds(50)};
+            .retry = {.first = milliseconds(20), .longest = milliseconds(50)}};
   }
 
   /// False where no adapter listens to commands.

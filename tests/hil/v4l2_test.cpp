@@ -334,7 +334,7 @@ TEST_F(VividCamera, HoldsNothingAfterAHundredTimes) {
 }
 
 TEST_F(VividCamera, HoldsNothingMoreAfterFiftyUnplugs) {
-  config_.least_back_off = config_.longest_back_off = std::chrono::milliseconds(10);
+  config_.retry = {.first = std::chrono::milliseconds(10), .longest = std::chrono::milliseconds(10)};
   const Held while_closed = held_now();
   open();
   const Held while_open = held_now();
