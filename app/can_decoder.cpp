@@ -29,6 +29,16 @@ DecodedCounts& DecodedCounts::operator+=(const DecodedCounts& other) noexcept {
   return *this;
 }
 
+namespace {
+
+std::string_view meaning_of(const bus::SignalInfo& signal, double value) {
+  for (const bus::NamedValue& named : signal.names)
+    if (named.value == value) return named.name;
+  return {};
+}
+
+}  // namespace
+
 CanDecoder::CanDecoder() {
   for (const bus::MessageInfo& m : bus::messages())
     if (m.data_id != 0) checkers_.emplace(m.id, bus::ProtectionChecker(m.data_id));
@@ -52,8 +62,10 @@ DecodedFrame CanDecoder::decode(const hal::CanFrame& frame) {
     ++counts_.undeclared;
     return decoded;
   }
-  for (std::size_t i = 0; i < values.size(); ++i)
-    decoded.signals.push_back({message->signals[i].name, values[i], message->signals[i].unit});
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const bus::SignalInfo& signal = message->signals[i];
+    decoded.signals.push_back({signal.name, values[i], signal.unit, meaning_of(signal, values[i])});
+  }
   return decoded;
 }
 

@@ -24,7 +24,8 @@ CanopenPlace canopen_place(std::uint32_t id) noexcept;
 struct SignalValue {
   std::string_view name;
   double value = 0;
-  std::string_view unit;  ///< of the value; may be empty
+  std::string_view unit;     ///< of the value; may be empty
+  std::string_view meaning;  ///< as the contract calls this value; empty: it has no name
 };
 
 struct DecodedFrame {

@@ -10,32 +10,39 @@
 #include "drivers/gs_usb_bus.h"
 #include "drivers/slcan_bus.h"
 #include "drivers/socketcan_bus.h"
+#include "hal/bus_codec.h"
 #include "hal/error.h"
 
 namespace headway::app {
 
 namespace {
 
-CanTransport open_socketcan(const std::string& interface, hal::Clock& clock) {
-  return {std::make_unique<drivers::SocketCanBus>(drivers::SocketCanConfig{.interface = interface}, clock),
+using Identifiers = std::vector<std::uint32_t>;
+
+CanTransport open_socketcan(const std::string& interface, hal::Clock& clock, const Identifiers& listens_to) {
+  return {std::make_unique<drivers::SocketCanBus>(
+              drivers::SocketCanConfig{.interface = interface, .identifiers = listens_to}, clock),
+          {},
           {}};
 }
 
-CanTransport open_slcan(const std::string& tty, hal::Clock& clock) {
+CanTransport open_slcan(const std::string& tty, hal::Clock& clock, const Identifiers&) {
   auto bus = std::make_unique<drivers::SlcanBus>(drivers::SlcanConfig{.path = tty}, clock);
   drivers::SlcanBus& serving = *bus;
-  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }, {}};
 }
 
-CanTransport open_gs_usb(const std::string& serial, hal::Clock& clock) {
+CanTransport open_gs_usb(const std::string& serial, hal::Clock& clock, const Identifiers&) {
   auto bus = std::make_unique<drivers::GsUsbBus>(drivers::GsUsbConfig{.serial = serial}, clock);
   drivers::GsUsbBus& serving = *bus;
-  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }};
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); },
+          fmt::format("firmware {}, hardware {}, {} channel(s)", serving.device().firmware,
+                      serving.device().hardware, serving.device().channels)};
 }
 
 struct Kind {
   std::string_view prefix, example;
-  CanTransport (*open)(const std::string&, hal::Clock&);
+  CanTransport (*open)(const std::string&, hal::Clock&, const Identifiers&);
 };
 constexpr std::array kKinds{Kind{"socketcan:", "socketcan:can0", open_socketcan},
                             Kind{"gs_usb:", "gs_usb:SERIAL", open_gs_usb},
@@ -49,9 +56,16 @@ std::string can_transports() {
   return all;
 }
 
-CanTransport open_can_transport(const std::string& name, hal::Clock& clock) {
+std::vector<std::uint32_t> identifiers_of_the_loops() {
+  Identifiers all;
+  for (const hal::bus::MessageInfo& message : hal::bus::messages())
+    if (message.sender != "VIS") all.push_back(message.id);
+  return all;
+}
+
+CanTransport open_can_transport(const std::string& name, hal::Clock& clock, const Identifiers& listens_to) {
   for (const Kind& kind : kKinds)
-    if (name.starts_with(kind.prefix)) return kind.open(name.substr(kind.prefix.size()), clock);
+    if (name.starts_with(kind.prefix)) return kind.open(name.substr(kind.prefix.size()), clock, listens_to);
   throw InputError(fmt::format("'{}' is no CAN transport, expected one like {}", config::one_line(name),
                                can_transports()));
 }

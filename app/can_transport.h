@@ -1,9 +1,11 @@
 // A CAN bus by the name that people give it, on the command line and in a robot's file.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hal/can_bus.h"
 #include "hal/clock.h"
@@ -16,6 +18,8 @@ struct CanTransport {
   /// What a thread that may wait must call over and over, saying how long it may take at most: it brings a
   /// lost adapter back. Empty where the bus needs none. Not to be called when the bus is no more.
   std::function<void(Duration)> serve;
+  /// What the adapter says of itself, where the transport asks it; else empty.
+  std::string adapter;
 };
 
 /// What open_can_transport() knows, for help texts.
@@ -23,7 +27,13 @@ std::string can_transports();
 
 /// Opens `socketcan:INTERFACE`, `gs_usb:SERIAL` or `slcan:TTY`. Throws InputError where the name is neither,
 /// and as the driver does where what it names cannot be opened. The clock must outlive the bus.
-CanTransport open_can_transport(const std::string& name, hal::Clock& clock);
+/// `listens_to` are the identifiers that the owner needs, empty: all. Where the kernel can, it hands over no
+/// others.
+CanTransport open_can_transport(const std::string& name, hal::Clock& clock,
+                                const std::vector<std::uint32_t>& listens_to = {});
+
+/// What the robot's loops listen to: all that others than the vision computer send (docs/bus.md).
+std::vector<std::uint32_t> identifiers_of_the_loops();
 
 /// A thread that does so, where the bus needs one; else null. The transport must outlive it.
 std::unique_ptr<runtime::Thread> serve(const CanTransport& transport);

@@ -1,6 +1,7 @@
 // headway can dump: what travels on the robot's bus, in words.
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -15,6 +16,7 @@
 #include "app/candump_log.h"
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/interrupts.h"
 #include "app/report.h"
 #include "hal/clock.h"
 #include "hal/error.h"
@@ -68,8 +70,10 @@ std::string text_of(const DecodedFrame& decoded) {
   if (!decoded.canopen.function.empty()) text += fmt::format(" ({})", text_of(decoded.canopen));
   if (decoded.check) text += fmt::format(" [{}]", name_of(*decoded.check));
   if (!decoded.name.empty() && !decoded.declared) text += " [not as the contract declares]";
-  for (const SignalValue& s : decoded.signals)
+  for (const SignalValue& s : decoded.signals) {
     text += fmt::format("  {} {:.13g}{}{}", s.name, s.value, s.unit.empty() ? "" : " ", s.unit);
+    if (!s.meaning.empty()) text += fmt::format(" ({})", s.meaning);
+  }
   return text;
 }
 
@@ -85,6 +89,7 @@ Json json_of(const DecodedFrame& decoded) {
     Json& signal = json["signals"][std::string(s.name)];
     signal["value"] = s.value;
     if (!s.unit.empty()) signal["unit"] = s.unit;
+    if (!s.meaning.empty()) signal["meaning"] = s.meaning;
   }
   return json;
 }
@@ -164,6 +169,8 @@ void dump_log(const DumpOptions& options, Printer& printer) {
 }
 
 void dump_bus(const DumpOptions& options, Printer& printer) {
+  const Interrupts interrupts;
+  std::signal(SIGPIPE, SIG_DFL);  // a reader that leaves ends it, as any filter
   hal::MonotonicClock clock;
   const CanTransport transport = open_can_transport(options.bus, clock);
   const std::string name = options.bus.substr(options.bus.find(':') + 1);
@@ -171,7 +178,7 @@ void dump_bus(const DumpOptions& options, Printer& printer) {
   const std::optional<Time> end =
       options.seconds ? std::optional(clock.now() + seconds(*options.seconds)) : std::nullopt;
   hal::CanBusState told = hal::CanBusState::kErrorActive;
-  while (printer.printed() < most && (!end || clock.now() < *end)) {
+  while (printer.printed() < most && (!end || clock.now() < *end) && !interrupts.asked()) {
     std::array<hal::CanFrame, 64> frames;
     const std::size_t room = std::min<std::uint64_t>(frames.size(), most - printer.printed());
     const std::size_t received = transport.bus->receive(std::span(frames).first(room));
@@ -212,7 +219,7 @@ void add_can(CLI::App& app, Run& run) {
   command->footer(
       "One line for each frame, as candump prints it, then its name in the contract (docs/bus.md), its "
       "function and\n"
-      "node in CANopen, what counter and CRC say of it, and its values with their units.\n"
+      "node in CANopen, what counter and CRC say of it, and its values with units or names.\n"
       "  headway can dump --bus socketcan:can0 --seconds 10\n"
       "  headway can dump --log walk.log --json\n"
       "Without --count and --seconds a bus is shown until Ctrl-C. It only listens, but an slcan adapter is "

@@ -1,13 +1,17 @@
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/doctor.h"
+#include "app/examine_can_links.h"
+#include "app/examine_usb.h"
 #include "app/examine_wires.h"
 #include "app/hardware.h"
+#include "drivers/can_links.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 
@@ -23,6 +27,20 @@ struct Options {
 constexpr Duration kListen = seconds(4);
 constexpr Duration kLook = seconds(3);
 
+constexpr std::string_view kSocketCan = "socketcan:";
+
+void look_at_can_links(const std::string& bus, Diagnosis& diagnosis) {
+  diagnosis.about("can");
+  const bool is_the_kernels = bus.starts_with(kSocketCan);
+  const std::string interface = is_the_kernels ? bus.substr(kSocketCan.size()) : "";
+  try {
+    examine_can_links(drivers::list_can_links(), interface, diagnosis);
+  } catch (const Error& fault) {
+    diagnosis.warn("interfaces", "not listed", fault.what());
+  }
+  if (is_the_kernels) examine_usb_adapter("/", interface, diagnosis);
+}
+
 void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnosis) {
   diagnosis.about("bus");
   if (name.empty()) {
@@ -34,6 +52,7 @@ void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnos
     const CanTransport wire = open_can_transport(name, clock);
     const auto adapter = serve(wire);
     diagnosis.ok("opened", name);
+    if (!wire.adapter.empty()) diagnosis.ok("adapter", wire.adapter);
     examine_bus(robot, *wire.bus, clock, kListen, diagnosis);
   } catch (const Error& fault) {
     diagnosis.fail("opened", "not " + name, fault.what());
@@ -50,8 +69,12 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnos
   }
   try {
     hal::MonotonicClock clock;
-    examine_cameras(look_through(camera_pair(hardware, robot.rig), kLook, clock, drivers::kernel_calls()),
-                    hardware, diagnosis);
+    const drivers::StereoPairConfig pair = camera_pair(hardware, robot.rig);
+    examine_usb_cameras("/", pair, diagnosis);
+    diagnosis.about("eyes");
+    const CameraLook look = look_through(pair, kLook, clock, drivers::kernel_calls());
+    examine_cameras(look, hardware, diagnosis);
+    examine_exposures(look.eyes, drivers::kernel_calls(), diagnosis);
   } catch (const Error& fault) {
     diagnosis.fail("opened", "not both", fault.what());
   }
@@ -65,6 +88,7 @@ int run(const Options& options) {
   if (!options.right.empty()) hardware.right = options.right;
   Diagnosis diagnosis;
   examine_machine(MachineFacts::of_this_machine(), diagnosis);
+  look_at_can_links(hardware.bus, diagnosis);
   look_at_bus(robot, hardware.bus, diagnosis);
   look_at_cameras(robot, hardware, diagnosis);
   fmt::print("{}", diagnosis.text());

@@ -161,7 +161,7 @@ int run(Options options) {
   // What the session needs until it has come to rest is made before it.
   const Interrupts interrupts;
   hal::ScaledClock clock(options.slower);
-  const CanTransport wire = open_can_transport(hardware.bus, clock);
+  const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
   const auto adapter = serve(wire);
   const auto camera = open_cameras(hardware, robot.rig, clock);
   runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);

@@ -1,7 +1,6 @@
 #include "app/doctor.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -11,6 +10,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include "app/first_line.h"
 #include "runtime/threads.h"
 
 namespace headway::app {
@@ -30,14 +30,6 @@ const char* word(Verdict verdict) {
       return "fail";
   }
   return "?";
-}
-
-/// The first line of a file; empty when it cannot be read.
-std::string line_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  return line;
 }
 
 void examine_rights(const MachineFacts& facts, Diagnosis& into) {
@@ -73,7 +65,7 @@ void examine_processors(const MachineFacts& facts, Diagnosis& into) {
   std::set<std::string> governors;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(facts.root / "sys/devices/system/cpu", none)) {
-    const std::string governor = line_of(entry.path() / "cpufreq/scaling_governor");
+    const std::string governor = first_line(entry.path() / "cpufreq/scaling_governor");
     if (!governor.empty()) governors.insert(governor);
   }
   if (governors.empty())
@@ -86,7 +78,7 @@ void examine_processors(const MachineFacts& facts, Diagnosis& into) {
               "a rest "
               "are late");
   const std::string source =
-      line_of(facts.root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
+      first_line(facts.root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
   const bool fast = source == "tsc" || source == "arch_sys_counter" || source == "kvm-clock";
   if (fast)
     into.ok("clock source", source);
@@ -160,7 +152,7 @@ MachineFacts MachineFacts::of_this_machine() {
 
 void examine_machine(const MachineFacts& facts, Diagnosis& into) {
   into.about("machine");
-  into.ok("kernel", line_of(facts.root / "proc/sys/kernel/osrelease"));
+  into.ok("kernel", first_line(facts.root / "proc/sys/kernel/osrelease"));
   examine_rights(facts, into);
   examine_processors(facts, into);
   examine_disk(facts, into);

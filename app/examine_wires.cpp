@@ -5,9 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "app/drive_names.h"
 #include "app/loop_configs.h"
+#include "app/other_master.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
+#include "drivers/v4l2_exposure.h"
 
 namespace headway::app {
 
@@ -118,8 +121,11 @@ std::string trouble_of(const drivers::DriveReport& drive) {
   return "?";
 }
 
-void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveReport& drive, Diagnosis& into) {
-  const std::string what = fmt::format("{} drive, node 0x{:02X}", joint, node), found = trouble_of(drive);
+void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveReport& drive,
+                 const DriveNames& names, Diagnosis& into) {
+  const std::string what = fmt::format("{} drive, node 0x{:02X}", joint, node);
+  const std::string name = names.text();
+  const std::string found = trouble_of(drive) + (name.empty() ? "" : "; " + name);
   if (drive.phase == drivers::DrivePhase::kRunning && drive.failure == drivers::DriveFailure::kNone)
     into.ok(what, found);
   else if (drive.failure == drivers::DriveFailure::kNone ||
@@ -165,8 +171,15 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
 void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into) {
   Listening bus(wire);
   const drivers::HeadConfig config = head_config(robot);
+  if (const auto word = other_master(bus, clock)) {
+    into.about("bus");
+    into.fail("other master", *word + " is heard: another program commands this robot; nothing was sent",
+              "end 'headway run' or what else commands it, here or on another computer of this bus");
+    return;
+  }
   drivers::Cia402Head head(bus, config);
   drivers::CanWalker walker(bus);
+  DriveNames pan(bus, config.pan_node), tilt(bus, config.tilt_node);
   std::array<hal::CanFrame, 32> frames;
   const Time begin = clock.now();
   for (Time next = begin; next - begin < time; next += kCycle) {
@@ -175,15 +188,40 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
       for (const hal::CanFrame& frame : std::span(frames).first(count)) {
         head.receive(frame);
         walker.receive(frame);
+        pan.receive(frame);
+        tilt.receive(frame);
       }
     head.tick(clock.now());
     walker.tick(clock.now());
+    if (head.pan().phase == drivers::DrivePhase::kRunning) pan.start();
+    if (head.tilt().phase == drivers::DrivePhase::kRunning) tilt.start();
+    pan.tick(clock.now());
+    tilt.tick(clock.now());
   }
   judge_bus(bus, time, into);
   into.about("head");
-  judge_drive("pan", config.pan_node, head.pan(), into);
-  judge_drive("tilt", config.tilt_node, head.tilt(), into);
+  judge_drive("pan", config.pan_node, head.pan(), pan, into);
+  judge_drive("tilt", config.tilt_node, head.tilt(), tilt, into);
   judge_walker(walker, into);
+}
+
+void examine_exposures(const std::vector<EyeLook>& eyes, drivers::DeviceCalls& calls, Diagnosis& into) {
+  into.about("eyes");
+  for (const EyeLook& eye : eyes) {
+    const auto exposure = drivers::present_exposure(calls, eye.path.c_str());
+    if (!exposure) continue;  // a camera that is gone has its line already
+    const std::string what = fmt::format("{} exposure", eye.name);
+    const std::string found = fmt::format(
+        "{}, {}", exposure->time ? fmt::format("{:.1f} ms", to_seconds(*exposure->time) * 1e3) : "not told",
+        exposure->is_automatic ? "automatic" : "by hand");
+    if (exposure->may_slow_down)
+      into.warn(what, found + ": in the dark it may lower the frame rate",
+                fmt::format("hardware: cameras: exposure_ms: in the robot file; or 'v4l2-ctl -d {} -c "
+                            "exposure_dynamic_framerate=0'",
+                            eye.path));
+    else
+      into.ok(what, found);
+  }
 }
 
 void examine_cameras(const CameraLook& look, const HardwareConfig& wanted, Diagnosis& into) {

@@ -73,10 +73,10 @@ void GsUsbConfig::validate() const {
           fmt::format("sample_point: {}, expected 0.5 to 0.95", sample_point));
   require(echo_timeout >= std::chrono::milliseconds(10),
           fmt::format("echo_timeout: {} s, expected at least 0.01 s", to_seconds(echo_timeout)));
-  require(first_pause >= std::chrono::milliseconds(10) && longest_pause >= first_pause,
-          fmt::format(
-              "first_pause, longest_pause: {} s, {} s, expected at least 0.01 s, and the longest no shorter",
-              to_seconds(first_pause), to_seconds(longest_pause)));
+  require(
+      retry.is_sound(),
+      fmt::format("retry: first {} s, longest {} s, expected 0.001 s to an hour, and the longest no shorter",
+                  to_seconds(retry.first), to_seconds(retry.longest)));
 }
 
 GsUsbAdapter::GsUsbAdapter(UsbCalls& usb, const GsUsbConfig& config)
@@ -180,10 +180,10 @@ void GsUsbAdapter::set_up() {
   must_tell(Request::kHostFormat, 1, gs_usb::pack_host_format());
   std::array<std::uint8_t, gs_usb::DeviceConfig::kSize> device{};
   must_ask(Request::kDeviceConfig, 1, device);
-  const unsigned channels = gs_usb::DeviceConfig::unpack(device).channels;
-  if (config_.channel >= channels) {
+  device_ = gs_usb::DeviceConfig::unpack(device);
+  if (config_.channel >= device_.channels) {
     throw InputError(fmt::format("USB-CAN adapter '{}': channel: {}, expected 0 to {}", config_.serial,
-                                 config_.channel, channels - 1));
+                                 config_.channel, device_.channels - 1));
   }
   const auto channel = static_cast<std::uint16_t>(config_.channel);
   std::array<std::uint8_t, gs_usb::Capabilities::kSize> capabilities{};

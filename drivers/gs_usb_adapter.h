@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/back_off.h"
 #include "drivers/gs_usb_protocol.h"
 #include "drivers/usb_calls.h"
 #include "hal/time.h"
@@ -22,8 +23,7 @@ struct GsUsbConfig {
   /// A frame that is not on the bus by then is given up, for it would be late: the controller is started
   /// anew.
   Duration echo_timeout = std::chrono::milliseconds(100);
-  /// Between attempts to find an adapter that was lost: the first pause, doubled up to the longest.
-  Duration first_pause = std::chrono::milliseconds(500), longest_pause = std::chrono::seconds(5);
+  BackOffConfig retry{};  ///< of finding an adapter that was lost
 
   /// Throws InputError when no bus could work with these.
   void validate() const;
@@ -53,6 +53,8 @@ class GsUsbAdapter {
   /// Of both bulk endpoints, after a stall.
   bool clear_halts() noexcept;
 
+  /// What it said of itself when it was opened.
+  const gs_usb::DeviceConfig& device() const noexcept { return device_; }
   bool has_clock() const noexcept { return has(gs_usb::kTimestamps); }
   bool tells_state() const noexcept { return has(gs_usb::kTellsState); }
   /// The adapter's clock [us]; nothing when it does not answer.
@@ -110,6 +112,7 @@ class GsUsbAdapter {
   Handle handle_;
   Interface interface_;
   Claim claim_;
+  gs_usb::DeviceConfig device_;
   gs_usb::Capabilities capabilities_;
 };
 

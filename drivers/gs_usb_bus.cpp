@@ -19,7 +19,9 @@ GsUsbBus::GsUsbBus(const GsUsbConfig& config, hal::Clock& clock, UsbCalls& usb)
       clock_(clock),
       usb_(usb),
       link_(std::make_unique<GsUsbLink>(usb, config, clock, mailbox_)),
-      opened_(clock.now()) {}
+      device_(link_->adapter().device()),
+      opened_(clock.now()),
+      retry_(config.retry) {}
 
 GsUsbBus::~GsUsbBus() = default;
 
@@ -34,10 +36,10 @@ void GsUsbBus::serve(Duration longest) noexcept {
   for (Time now = clock_.now(); now < end; now = clock_.now()) {
     if (link_) {
       serve_link(end - now);
-    } else if (now >= next_try_) {
+    } else if (retry_.is_due(now)) {
       open_again();
     } else {
-      clock_.sleep_until(std::min(end, next_try_));
+      clock_.sleep_until(std::min(end, retry_.next()));
     }
   }
 }
@@ -49,12 +51,10 @@ void GsUsbBus::serve_link(Duration longest) noexcept {
   link_.reset();
   mailbox_.set_state(hal::CanBusState::kGone);
   const Time now = clock_.now();
-  if (now - opened_ >= config_.longest_pause) {
-    pause_ = Duration::zero();
-    next_try_ = now;
-  } else {
-    pause(now);  // it never worked for long: no use in haste
-  }
+  if (now - opened_ >= config_.retry.longest)
+    retry_.begin_at_once(now);
+  else
+    retry_.failed(now);  // it never worked for long: no use in haste
 }
 
 void GsUsbBus::open_again() noexcept {
@@ -62,13 +62,8 @@ void GsUsbBus::open_again() noexcept {
     link_ = std::make_unique<GsUsbLink>(usb_, config_, clock_, mailbox_);
     opened_ = clock_.now();
   } catch (const std::exception&) {
-    pause(clock_.now());
+    retry_.failed(clock_.now());
   }
-}
-
-void GsUsbBus::pause(Time now) noexcept {
-  pause_ = std::clamp(2 * pause_, config_.first_pause, config_.longest_pause);
-  next_try_ = now + pause_;
 }
 
 }  // namespace headway::drivers

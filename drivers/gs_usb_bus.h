@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "drivers/back_off.h"
 #include "drivers/can_mailbox.h"
 #include "drivers/gs_usb_adapter.h"
 #include "drivers/gs_usb_link.h"
@@ -35,6 +36,9 @@ class GsUsbBus final : public hal::CanBus {
   /// is finished first: with an adapter that does not answer that takes GsUsbAdapter::kAnswerTimeout more.
   void serve(Duration longest) noexcept;
 
+  /// What the adapter said of itself when the bus was constructed.
+  const gs_usb::DeviceConfig& device() const noexcept { return device_; }
+
   bool send(const hal::CanFrame& frame) noexcept override;
   std::size_t receive(std::span<hal::CanFrame> into) noexcept override { return mailbox_.receive(into); }
   hal::CanBusState state() const noexcept override { return mailbox_.state(); }
@@ -44,7 +48,6 @@ class GsUsbBus final : public hal::CanBus {
  private:
   void serve_link(Duration longest) noexcept;
   void open_again() noexcept;
-  void pause(Time now) noexcept;
 
   GsUsbConfig config_;
   hal::Clock& clock_;
@@ -52,8 +55,9 @@ class GsUsbBus final : public hal::CanBus {
   CanMailbox mailbox_;
   WakeUp bell_;  ///< rung for every frame that is to be sent
   std::unique_ptr<GsUsbLink> link_;
-  Time opened_{}, next_try_{};
-  Duration pause_{};
+  gs_usb::DeviceConfig device_;
+  Time opened_{};
+  BackOff retry_;
 };
 
 }  // namespace headway::drivers

@@ -30,6 +30,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   /// (descriptor) ends the waiting. An adapter that does not answer may hold it for
   /// GsUsbAdapter::kAnswerTimeout more.
   void serve(int bell, Duration longest) noexcept;
+  const GsUsbAdapter& adapter() const noexcept { return *adapter_; }
   bool has_ended() const noexcept { return ended_; }
 
   static constexpr std::size_t kReads = 32;  ///< under way: 7 ms of a full bus at 500 kbit/s

@@ -50,11 +50,11 @@ V4l2Camera::V4l2Camera(const V4l2CameraConfig& config, const hal::Clock& clock, 
       judge_(judge_of(settings_, config_)),
       good_at_(clock.now()),
       trouble_(CameraState::kSilent),
-      back_off_(config.least_back_off) {}
+      retry_(config.retry) {}
 
 void V4l2Camera::poll() noexcept {
   const Time now = clock_.now();
-  if (!stream_ && now >= open_at_) open_again(now);
+  if (!stream_ && retry_.is_due(now)) open_again(now);
   for (std::uint32_t i = 0; stream_ && i < V4l2Stream::kBuffers; ++i) {
     FilledBuffer buffer;
     const V4l2Stream::Taken taken = stream_->take(buffer);
@@ -80,7 +80,7 @@ void V4l2Camera::keep(const FilledBuffer& buffer, const FrameVerdict& verdict, T
   good_at_ = now;
   is_first_ = false;
   restarts_in_vain_ = 0;
-  back_off_ = config_.least_back_off;
+  has_worked_ = true;
   trouble_ = CameraState::kSilent;
   if (undecodable_ < kUndecodable) stats_.state = CameraState::kStreaming;
   if (waiting_count_ == kMostWaiting) skip();
@@ -135,15 +135,14 @@ void V4l2Camera::give_up(const V4l2Fault& fault, CameraState state, Time now) no
   ++stats_.gone;
   stats_.skipped += std::exchange(waiting_count_, 0);
   stream_.reset();
-  open_at_ = now + back_off_;
+  has_worked_ ? retry_.begin(now) : retry_.failed(now);
 }
 
 void V4l2Camera::open_again(Time now) noexcept {
-  back_off_ = std::min(2 * back_off_, config_.longest_back_off);
-  open_at_ = now + back_off_;
   V4l2Fault fault;
   if (std::optional<V4l2Stream> stream = V4l2Stream::open(calls_, config_, fault))
     return accept(std::move(*stream), now);
+  retry_.failed(now);
   fault_ = fault;
   stats_.state =
       fault.is_wrong_setting() && fault.error == 0 ? CameraState::kWrongFormat : CameraState::kGone;
@@ -155,6 +154,7 @@ void V4l2Camera::accept(V4l2Stream stream, Time now) noexcept {
   judge_.forget_sequence();
   good_at_ = now;
   is_first_ = true;
+  has_worked_ = false;
   restarts_in_vain_ = 0;
   trouble_ = CameraState::kSilent;
 }

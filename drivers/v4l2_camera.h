@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/back_off.h"
 #include "drivers/frame_judge.h"
 #include "drivers/jpeg_decoder.h"
 #include "drivers/v4l2_stream.h"
@@ -93,8 +94,8 @@ class V4l2Camera {
   int restarts_in_vain_ = 0;    ///< since the last usable frame
   int undecodable_ = 0;         ///< frames in a row
   hal::CameraState trouble_{};  ///< why frames that came were not usable; kSilent: none came
-  Time open_at_{};              ///< next try
-  Duration back_off_{};
+  bool has_worked_ = true;      ///< since it was opened; when constructed there is no doubt of it
+  BackOff retry_;
 };
 
 }  // namespace headway::drivers

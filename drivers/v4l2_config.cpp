@@ -23,9 +23,7 @@ void V4l2CameraConfig::validate() const {
   require(y16_bits >= 8 && y16_bits <= 16, "significant bits of Y16, expected 8..16");
   require(metres_per_count > 0 && metres_per_count <= 1, "metres per count, expected more than 0, up to 1");
   require(first_frame > Duration::zero() && first_frame <= seconds(60), "first frame, expected up to 60 s");
-  require(least_back_off > Duration::zero() && least_back_off <= longest_back_off &&
-              longest_back_off <= seconds(3600),
-          "back-off, expected the least above 0 and the longest no shorter, up to an hour");
+  require(retry.is_sound(), "retry, expected 1 ms to an hour, and the longest no shorter than the first");
 }
 
 }  // namespace headway::drivers

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/back_off.h"
 #include "drivers/pixel_format.h"
 #include "hal/time.h"
 
@@ -22,7 +23,7 @@ struct V4l2CameraConfig {
   int y16_bits = 16;                  ///< significant bits of Y16's values, 8..16
   double metres_per_count = 0.001;    ///< of Z16's values
   Duration first_frame = seconds(2);  ///< patience after the stream was started
-  Duration least_back_off = seconds(0.5), longest_back_off = seconds(5);  ///< between tries to open it again
+  BackOffConfig retry{};              ///< of opening it again
 
   /// Throws InputError when no camera could be set so.
   void validate() const;

@@ -5,108 +5,120 @@
 namespace headway::hal::bus {
 namespace {
 
+constexpr NamedValue kNamesOfNmtCommand[] = {{1, "Start"}, {2, "Stop"}, {128, "Enter pre-operational"}, {129, "Reset node"}, {130, "Reset communication"}};
 constexpr SignalInfo kSignalsOfNmt[] = {
-    {"Command", ""},
-    {"Node", ""},
+    {"Command", "", kNamesOfNmtCommand},
+    {"Node", "", {}},
 };
 constexpr SignalInfo kSignalsOfEmcy[] = {
-    {"Code", ""},
-    {"ErrorRegister", ""},
-    {"Vendor", ""},
+    {"Code", "", {}},
+    {"ErrorRegister", "", {}},
+    {"Vendor", "", {}},
 };
+constexpr NamedValue kNamesOfStepCommandFoot[] = {{0, "Left"}, {1, "Right"}};
 constexpr SignalInfo kSignalsOfStepCommand[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Foot", ""},
-    {"Clear", "m"},
-    {"Seq", ""},
-    {"Session", ""},
-    {"Dx", "m"},
-    {"Dy", "m"},
-    {"Dtheta", "rad"},
-    {"Duration", "s"},
-    {"Dz", "m"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Foot", "", kNamesOfStepCommandFoot},
+    {"Clear", "m", {}},
+    {"Seq", "", {}},
+    {"Session", "", {}},
+    {"Dx", "m", {}},
+    {"Dy", "m", {}},
+    {"Dtheta", "rad", {}},
+    {"Duration", "s", {}},
+    {"Dz", "m", {}},
 };
+constexpr NamedValue kNamesOfWalkControlRequest[] = {{0, "None"}, {1, "Walk"}, {2, "Smooth stop"}, {3, "Abort"}};
 constexpr SignalInfo kSignalsOfWalkControl[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Request", ""},
-    {"Session", ""},
-    {"LastSeq", ""},
-    {"MapAge", "s"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Request", "", kNamesOfWalkControlRequest},
+    {"Session", "", {}},
+    {"LastSeq", "", {}},
+    {"MapAge", "s", {}},
 };
+constexpr NamedValue kNamesOfWalkOrderKind[] = {{0, "Straight with turn"}, {1, "Arc"}, {2, "Next step"}};
 constexpr SignalInfo kSignalsOfWalkOrder[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Kind", ""},
-    {"Session", ""},
-    {"Seq", ""},
-    {"X", "m"},
-    {"Y", "m"},
-    {"Theta", "rad"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Kind", "", kNamesOfWalkOrderKind},
+    {"Session", "", {}},
+    {"Seq", "", {}},
+    {"X", "m", {}},
+    {"Y", "m", {}},
+    {"Theta", "rad", {}},
 };
+constexpr NamedValue kNamesOfWalkStatusState[] = {{0, "Standing"}, {1, "Walking"}, {2, "Stopping"}, {3, "Fault"}};
+constexpr NamedValue kNamesOfWalkStatusSeqExecuting[] = {{255, "None"}};
+constexpr NamedValue kNamesOfWalkStatusSeqAccepted[] = {{255, "None"}};
+constexpr NamedValue kNamesOfWalkStatusRejectReason[] = {{0, "None"}, {1, "Session"}, {2, "Sequence"}, {3, "Late"}, {4, "Reach"}, {5, "Full"}, {6, "State"}};
+constexpr NamedValue kNamesOfWalkStatusSupportFoot[] = {{0, "Left"}, {1, "Right"}, {2, "Both"}};
 constexpr SignalInfo kSignalsOfWalkStatus[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"State", ""},
-    {"SeqExecuting", ""},
-    {"SeqAccepted", ""},
-    {"QueueFree", ""},
-    {"RejectReason", ""},
-    {"PhaseRemaining", "s"},
-    {"SupportFoot", ""},
-    {"Session", ""},
-    {"SeqRejected", ""},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"State", "", kNamesOfWalkStatusState},
+    {"SeqExecuting", "", kNamesOfWalkStatusSeqExecuting},
+    {"SeqAccepted", "", kNamesOfWalkStatusSeqAccepted},
+    {"QueueFree", "", {}},
+    {"RejectReason", "", kNamesOfWalkStatusRejectReason},
+    {"PhaseRemaining", "s", {}},
+    {"SupportFoot", "", kNamesOfWalkStatusSupportFoot},
+    {"Session", "", {}},
+    {"SeqRejected", "", {}},
 };
 constexpr SignalInfo kSignalsOfChestXY[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Sample", ""},
-    {"X", "m"},
-    {"Y", "m"},
-    {"Age", "s"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Sample", "", {}},
+    {"X", "m", {}},
+    {"Y", "m", {}},
+    {"Age", "s", {}},
 };
 constexpr SignalInfo kSignalsOfChestZRot[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Sample", ""},
-    {"Z", "m"},
-    {"Roll", "rad"},
-    {"Pitch", "rad"},
-    {"Yaw", "rad"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Sample", "", {}},
+    {"Z", "m", {}},
+    {"Roll", "rad", {}},
+    {"Pitch", "rad", {}},
+    {"Yaw", "rad", {}},
 };
 constexpr SignalInfo kSignalsOfControlTime[] = {
-    {"Crc", ""},
-    {"Counter", ""},
-    {"Ms", "ms"},
+    {"Crc", "", {}},
+    {"Counter", "", {}},
+    {"Ms", "ms", {}},
 };
+constexpr NamedValue kNamesOfDriveStatusMode[] = {{1, "Profile position"}};
 constexpr SignalInfo kSignalsOfDriveStatus[] = {
-    {"Statusword", ""},
-    {"Mode", ""},
+    {"Statusword", "", {}},
+    {"Mode", "", kNamesOfDriveStatusMode},
 };
+constexpr NamedValue kNamesOfDriveCommandMode[] = {{1, "Profile position"}};
 constexpr SignalInfo kSignalsOfDriveCommand[] = {
-    {"Controlword", ""},
-    {"Mode", ""},
-    {"Target", "deg"},
+    {"Controlword", "", {}},
+    {"Mode", "", kNamesOfDriveCommandMode},
+    {"Target", "deg", {}},
 };
 constexpr SignalInfo kSignalsOfDriveMotion[] = {
-    {"Position", "deg"},
-    {"Velocity", "deg/s"},
+    {"Position", "deg", {}},
+    {"Velocity", "deg/s", {}},
 };
 constexpr SignalInfo kSignalsOfSdoAnswer[] = {
-    {"Command", ""},
-    {"Index", ""},
-    {"Subindex", ""},
-    {"Data", ""},
+    {"Command", "", {}},
+    {"Index", "", {}},
+    {"Subindex", "", {}},
+    {"Data", "", {}},
 };
 constexpr SignalInfo kSignalsOfSdoRequest[] = {
-    {"Command", ""},
-    {"Index", ""},
-    {"Subindex", ""},
-    {"Data", ""},
+    {"Command", "", {}},
+    {"Index", "", {}},
+    {"Subindex", "", {}},
+    {"Data", "", {}},
 };
+constexpr NamedValue kNamesOfHeartbeatState[] = {{0, "Boot-up"}, {4, "Stopped"}, {5, "Operational"}, {127, "Pre-operational"}};
 constexpr SignalInfo kSignalsOfHeartbeat[] = {
-    {"State", ""},
+    {"State", "", kNamesOfHeartbeatState},
 };
 
 constexpr std::array<MessageInfo, 24> kMessages{{

@@ -950,8 +950,13 @@ struct Heartbeat {
 };
 
 /// What tools (recorder, tests) need to handle any message without knowing its struct.
+struct NamedValue {
+  double value = 0;  ///< in the physical unit
+  std::string_view name;
+};
 struct SignalInfo {
   std::string_view name, unit;
+  std::span<const NamedValue> names;  ///< of the values that have one
 };
 struct MessageInfo {
   std::string_view name, sender;

@@ -1,7 +1,9 @@
 #include "nav/step_stack.h"
 
+#include <string>
 #include <type_traits>
 
+#include "hal/error.h"
 #include "hal/step_number.h"
 
 namespace headway::nav {
@@ -14,7 +16,31 @@ namespace {
 
 constexpr std::int64_t kAhead = 3;  // the step under way and the two after it are committed
 
+const StepStackConfig& validated(const StepStackConfig& config) {
+  config.validate();
+  return config;
+}
+
 }  // namespace
+
+void StepStackConfig::validate() const {
+  const auto check = [](const char* name, Duration value, Duration lowest, Duration highest) {
+    if (value >= lowest && value <= highest) return;
+    throw InputError("steps: " + std::string(name) + ": " + std::to_string(to_seconds(value)) +
+                     " s, expected " + std::to_string(to_seconds(lowest)) + " to " +
+                     std::to_string(to_seconds(highest)) + " s");
+  };
+  check("lead", lead, Duration::zero(), seconds(2));
+  check("margin", margin, Duration::zero(), seconds(1));
+  // A step that waits longer than this is late by itself.
+  check("commit_by", commit_by, lead + margin, seconds(5));
+  check("commit_from", commit_from, commit_by, seconds(5));
+  check("max_map_age", max_map_age, seconds(0.05), seconds(60));
+  check("status_timeout", status_timeout, seconds(0.02), seconds(2));
+  check("start_timeout", start_timeout, seconds(0.1), seconds(60));
+}
+
+StepStack::StepStack(const StepStackConfig& config) : config_(validated(config)) {}
 
 bool StepStack::begin(std::uint8_t session, const hal::Stance& stance) noexcept {
   if (!committed_.at_rest || session > hal::kLastSession || (begun_ && session == committed_.session))

@@ -58,6 +58,9 @@ struct StepStackConfig {
   Duration max_map_age = seconds(1.0);     ///< a step commits only on a plan this fresh
   Duration status_timeout = seconds(0.1);  ///< a status older than this is no status
   Duration start_timeout = seconds(4.0);   ///< from the first step sent to its lift-off
+
+  /// Throws InputError for what no walk could be led by.
+  void validate() const;
 };
 
 /// A step that can no longer be taken back, and where the feet stand when it has landed.
@@ -100,7 +103,8 @@ struct Committed {
 /// control computer refuses, or does not walk before it comes to rest, was none.
 class StepStack {
  public:
-  explicit StepStack(const StepStackConfig& config = {}) noexcept : config_(config) {}
+  /// Throws InputError as StepStackConfig::validate.
+  explicit StepStack(const StepStackConfig& config = {});
 
   /// A new walk from a stance. False, and nothing done, unless at rest and with a session number (0..15)
   /// other than the last.

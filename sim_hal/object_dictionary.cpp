@@ -73,6 +73,7 @@ void ObjectDictionary::add_communication(std::uint8_t node) {
   add_unsigned(0x1000, 0, 4, kReadOnly, 0x00020192, 0, kU32);  // CiA 402, servo drive
   add_unsigned(0x1001, 0, 1, kReadOnly, 0, 0, kU8);
   add_unsigned(0x1005, 0, 4, kReadOnly, 0x80, 0, kU32);
+  add_unsigned(0x1008, 0, 4, kReadOnly, 0x006D6953, 0, kU32);  // its name, a text of four bytes: "Sim"
   add_unsigned(0x1014, 0, 4, kReadOnly, 0x80 + node, 0, kU32);
   add_unsigned(0x1016, 0, 1, kReadOnly, 1, 0, kU8);
   add_unsigned(0x1016, 1, 4, kReadWrite, 0, 0, 0x007fffff);

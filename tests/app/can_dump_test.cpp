@@ -1,6 +1,7 @@
 // headway can dump as a user calls it: from a log and from a bus, as text and as JSON.
 #include <algorithm>
 #include <cctype>
+#include <csignal>
 #include <sstream>
 #include <thread>
 
@@ -86,7 +87,7 @@ TEST_F(CanDump, SaysWhatIsNotAsDeclared) {
   EXPECT_THAT(outcome.error, HasSubstr("2 not as declared"));
   EXPECT_THAT(outcome.said,
               AllOf(HasSubstr("PAN_Heartbeat (heartbeat of node 0x11) [not as the contract declares]\n"),
-                    HasSubstr("PAN_Heartbeat (heartbeat of node 0x11)  State 5\n")));
+                    HasSubstr("PAN_Heartbeat (heartbeat of node 0x11)  State 5 (Operational)\n")));
 }
 
 TEST_F(CanDump, ShowsOtherKindsOfFramesWithoutAMeaning) {
@@ -116,6 +117,15 @@ TEST_F(CanDump, WritesOneObjectForEachFrame) {
   EXPECT_EQ(json["signals"]["Velocity"]["unit"], "deg/s");
   EXPECT_EQ(json["signals"]["Velocity"]["value"], -10);
   EXPECT_EQ(nlohmann::json::parse(second)["length"], 0);
+}
+
+TEST_F(CanDump, SaysWhatAValueMeansWhereItHasAName) {
+  const std::string boot = "(1.0) can0 711#00\n", unnamed = "(1.0) can0 000#0111\n";
+  EXPECT_THAT(dump(boot).said, HasSubstr("  State 0 (Boot-up)\n"));
+  EXPECT_THAT(dump(unnamed).said, HasSubstr("  Command 1 (Start)  Node 17\n"));
+  const auto json = nlohmann::json::parse(dump(unnamed, {"--json"}).said);
+  EXPECT_EQ(json["signals"]["Command"]["meaning"], "Start");
+  EXPECT_FALSE(json["signals"]["Node"].contains("meaning"));
 }
 
 TEST_F(CanDump, EndsAfterSoManyFrames) {
@@ -162,6 +172,21 @@ TEST_F(CanDump, ShowsALiveBus) {
   EXPECT_THAT(outcome.said,
               AllOf(HasSubstr("711  [1]  05"), HasSubstr("Position 10 deg"), Not(HasSubstr("[0]"))));
   EXPECT_THAT(outcome.error, AllOf(HasSubstr("2 received"), HasSubstr("1 unusable"), HasSubstr("2 frames")));
+}
+
+TEST_F(CanDump, EndsWithItsCountsOnCtrlC) {
+  Pty pty;
+  std::jthread adapter([&] {
+    const Deadline deadline(std::chrono::seconds(20));
+    std::string heard;
+    while (heard.find("O\r") == std::string::npos && !deadline.passed()) heard += pty.read(1, deadline);
+    pty.write("t711105\r");
+    EXPECT_TRUE(pty.wait_until_taken(deadline));
+    kill(getpid(), SIGINT);
+  });
+  const Outcome outcome = run_headway({"can", "dump", "--bus", "slcan:" + pty.path(), "--seconds", "20"});
+  EXPECT_EQ(outcome.code, kSuccess);
+  EXPECT_THAT(outcome.error, AllOf(HasSubstr("1 received"), HasSubstr("1 frames: 0 unknown")));
 }
 
 TEST_F(CanDump, SaysThatABusIsGone) {

@@ -91,6 +91,8 @@ class CanDump(unittest.TestCase):
             for name, signal in line.get("signals", {}).items():
                 self.assertAlmostEqual(signal["value"], float(decoded[name].phys_value), places=9, msg=f"{name}: {line}")
                 self.assertEqual(signal.get("unit", ""), message.signal_by_name(name).unit)
+                names = {int(raw): text for raw, text in message.signal_by_name(name).values.items()}
+                self.assertEqual(signal.get("meaning"), names.get(decoded[name].raw_value), line)
                 checked += 1
         self.assertGreater(checked, 1000)
 

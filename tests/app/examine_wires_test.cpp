@@ -1,10 +1,14 @@
 // The doctor at the simulated robot's bus, and at cameras that are made up.
 #include "app/examine_wires.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/videodev2.h>
 
 #include "app/node_session.h"
+#include "app/other_master.h"
+#include "tests/drivers/scripted_camera.h"
 #include "tests/source_dir/source_dir.h"
 
 namespace headway::app {
@@ -45,7 +49,7 @@ TEST(ExamineBus, FindsAWellRobotWell) {
   Patient patient;
   const Diagnosis diagnosis = patient.examined();
   EXPECT_EQ(diagnosis.worst(), Verdict::kOk) << diagnosis.text();
-  EXPECT_THAT(diagnosis.text(), HasSubstr("pan drive, node 0x11: runs"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("pan drive, node 0x11: runs; Sim\n"));
   EXPECT_EQ(patient.node.body().path_walked(), 0) << "the doctor walks nobody";
 }
 
@@ -63,6 +67,67 @@ TEST(ExamineBus, FailsABusThatIsOff) {
   Patient patient;
   patient.wire_state = hal::CanBusState::kBusOff;
   EXPECT_THAT(patient.examined().text(), HasSubstr("fail  bus      state: off the bus"));
+}
+
+/// The wire, on which somebody else commands as well.
+struct SharedWire final : hal::CanBus {
+  explicit SharedWire(Patient& its_patient) : patient(its_patient) {}
+  bool send(const hal::CanFrame&) noexcept override {
+    ++sent;
+    return true;
+  }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    if (patient.clock.now() - began < seconds(0.3) || told) return patient.receive(into);
+    told = true;
+    into[0] = others;
+    return 1;
+  }
+  hal::CanBusState state() const noexcept override { return hal::CanBusState::kErrorActive; }
+
+  Patient& patient;
+  Time began = patient.clock.now();
+  hal::CanFrame others;
+  bool told = false;
+  int sent = 0;
+};
+
+TEST(ExamineBus, SendsNothingWhereAnotherMasterIsHeard) {
+  for (const std::uint32_t id : {0x000u, 0x080u, 0x701u, 0x120u, 0x121u, 0x122u, 0x211u, 0x612u}) {
+    Patient patient;
+    SharedWire wire(patient);
+    wire.others = {.id = id, .dlc = 0, .data = {}, .stamp = {}};
+    Diagnosis diagnosis;
+    examine_bus(patient.robot, wire, patient.clock, seconds(4), diagnosis);
+    EXPECT_EQ(wire.sent, 0) << id;
+    ASSERT_EQ(diagnosis.findings().size(), 1u) << diagnosis.text();
+    EXPECT_EQ(diagnosis.worst(), Verdict::kFail);
+    EXPECT_THAT(diagnosis.text(), HasSubstr(fmt::format("(0x{:03X}) is heard", id)));
+  }
+}
+
+TEST(ExamineBus, TakesNoFrameOfTheRobotItselfForAMaster) {
+  for (const std::uint32_t id :
+       {0x091u, 0x130u, 0x131u, 0x132u, 0x140u, 0x191u, 0x292u, 0x592u, 0x711u, 0x712u})
+    EXPECT_FALSE(word_of_a_master({.id = id, .dlc = 0, .data = {}, .stamp = {}})) << id;
+}
+
+TEST(ExamineExposures, WarnsOfAnAutomaticThatMaySlowACameraDown) {
+  const hal::ManualClock clock;
+  drivers::testing::ScriptedCalls calls(clock);
+  calls.add("/dev/left", drivers::testing::ScriptedCamera(drivers::PixelFormat::kGrey));
+  auto& right = calls.add("/dev/right", drivers::testing::ScriptedCamera(drivers::PixelFormat::kGrey));
+  right.controls[V4L2_CID_EXPOSURE_AUTO].value = V4L2_EXPOSURE_MANUAL;
+  std::vector<EyeLook> eyes(3);
+  eyes[0].name = "left", eyes[0].path = "/dev/left";
+  eyes[1].name = "right", eyes[1].path = "/dev/right";
+  eyes[2].path = "/dev/gone";
+  Diagnosis diagnosis;
+  examine_exposures(eyes, calls, diagnosis);
+  ASSERT_EQ(diagnosis.findings().size(), 2u);
+  EXPECT_THAT(diagnosis.text(),
+              HasSubstr("warn  eyes     left exposure: 25.0 ms, automatic: in the dark it may"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("exposure_ms"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("ok    eyes     right exposure: 25.0 ms, by hand"));
 }
 
 CameraLook two_good_eyes() {

@@ -299,7 +299,7 @@ TEST_F(GsUsb, RefusesConfigurationsThatNoBusCouldWorkWith) {
   for (const GsUsbConfig& config :
        {GsUsbConfig{.channel = 256}, GsUsbConfig{.bitrate = 0}, GsUsbConfig{.bitrate = 2'000'000},
         GsUsbConfig{.sample_point = 0.2}, GsUsbConfig{.sample_point = 1}, GsUsbConfig{.echo_timeout = {}},
-        GsUsbConfig{.first_pause = {}}, GsUsbConfig{.longest_pause = milliseconds(100)}}) {
+        GsUsbConfig{.retry = {.first = {}}}, GsUsbConfig{.retry = {.longest = milliseconds(100)}}}) {
     EXPECT_THROW(config.validate(), InputError);
     EXPECT_THROW(open(config), InputError);
   }

@@ -80,6 +80,13 @@ class Pty {
   }
   /// Until something can be read at the near end, or it is hung up; false at the deadline.
   bool wait_near(const Deadline& deadline) const { return wait(near_, deadline); }
+  /// Until the near end has taken all that was written; false at the deadline.
+  bool wait_until_taken(const Deadline& deadline) const {
+    pollfd one{.fd = near_, .events = POLLIN, .revents = 0};
+    while (poll(&one, 1, 0) > 0)
+      if (deadline.passed()) return false;
+    return true;
+  }
 
  private:
   static bool wait(int fd, const Deadline& deadline) {

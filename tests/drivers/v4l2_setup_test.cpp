@@ -188,7 +188,7 @@ TEST(V4l2Setup, RefusesSettingsThatNoCameraCouldHave) {
   EXPECT_TRUE(refuses([](V4l2CameraConfig& c) { c.gain = -1; }));
   EXPECT_TRUE(refuses([](V4l2CameraConfig& c) { c.white_balance = 0; }));
   EXPECT_TRUE(refuses([](V4l2CameraConfig& c) { c.y16_bits = 7; }));
-  EXPECT_TRUE(refuses([](V4l2CameraConfig& c) { c.longest_back_off = seconds(0.1); }));
+  EXPECT_TRUE(refuses([](V4l2CameraConfig& c) { c.retry.longest = seconds(0.1); }));
 }
 
 TEST(KernelCalls, GiveErrorsAsNegativeNumbers) {

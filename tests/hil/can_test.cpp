@@ -16,9 +16,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "drivers/can_links.h"
 #include "drivers/socketcan_bus.h"
 #include "hal/clock.h"
 #include "hal/error.h"
+#include "tests/held.h"
 
 namespace headway::drivers {
 namespace {
@@ -300,6 +302,42 @@ TEST_F(CanOnAKernel, ComesBackUnderAnotherIndex) {
     EXPECT_TRUE(bus.send({.id = 1}));
   }
   EXPECT_EQ(bus.stats().gone, 4u);
+}
+
+TEST_F(CanOnAKernel, IsListed) {
+  const auto ours = [] {
+    for (const CanLink& link : list_can_links())
+      if (link.name == interface()) return link;
+    return CanLink{};
+  };
+  EXPECT_EQ(ours().kind, "vcan");
+  EXPECT_TRUE(ours().is_up);
+  EXPECT_EQ(ours().bitrate, 0u) << "a virtual bus has none";
+  ip_link({"set", interface(), "down"});
+  EXPECT_FALSE(ours().is_up);
+  ip_link({"set", interface(), "up"});
+}
+
+TEST_F(CanOnAKernel, HoldsNothingMoreAfterFiftyUnplugs) {
+  hal::ManualClock clock;
+  clock.set(clock_.now());
+  std::optional<SocketCanBus> bus(std::in_place, SocketCanConfig{.interface = interface()}, clock);
+  const Held before = held_now();
+  for (int i = 0; i < 50; ++i) {
+    ip_link({"del", interface()});
+    drain(*bus);
+    ASSERT_EQ(bus->state(), CanBusState::kGone) << i;
+    ip_link({"add", interface(), "up", "type", "vcan"});
+    if (i % 2 == 0) {
+      clock.advance(5s);
+      drain(*bus);
+    } else {
+      bus.emplace(SocketCanConfig{.interface = interface()}, clock);
+    }
+    ASSERT_EQ(bus->state(), CanBusState::kErrorActive) << i;
+    ASSERT_EQ(held_now(), before) << i;
+  }
+  EXPECT_TRUE(bus->send({.id = 1}));
 }
 
 TEST_F(CanOnAKernel, SaysWhatIsWrongWithAnInterface) {

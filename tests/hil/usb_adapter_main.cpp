@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "hal/clock.h"
-#include "hal/error.h"
 #include "tests/hil/emulated_gs_usb.h"
 #include "tests/hil/usb_program.h"
 
@@ -110,10 +109,5 @@ int run(int argc, char** argv) {
 }  // namespace headway::hil
 
 int main(int argc, char** argv) {
-  try {
-    return headway::hil::run(argc, argv);
-  } catch (const headway::Error& error) {
-    fmt::print(stderr, "hil_usb_adapter: {}\n", error.what());
-    return 2;
-  }
+  return headway::hil::run_reporting("hil_usb_adapter", headway::hil::run, argc, argv);
 }

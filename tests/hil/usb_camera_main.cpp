@@ -120,10 +120,5 @@ int run(int argc, char** argv) {
 }  // namespace headway::hil
 
 int main(int argc, char** argv) {
-  try {
-    return headway::hil::run(argc, argv);
-  } catch (const headway::Error& error) {
-    fmt::print(stderr, "hil_usb_camera: {}\n", error.what());
-    return 2;
-  }
+  return headway::hil::run_reporting("hil_usb_camera", headway::hil::run, argc, argv);
 }

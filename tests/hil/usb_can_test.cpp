@@ -16,6 +16,7 @@
 #include "drivers/gs_usb_bus.h"
 #include "hal/clock.h"
 #include "hal/error.h"
+#include "tests/held.h"
 
 namespace headway::drivers {
 namespace {
@@ -31,19 +32,30 @@ class UsbCan : public ::testing::Test {
     const char* serial = std::getenv("HEADWAY_USB_CAN");
     if (serial == nullptr) GTEST_SKIP() << "HEADWAY_USB_CAN names no adapter";
     serial_ = serial;
+    open();
+  }
+  void TearDown() override { close(); }
+
+  void open() {
+    stop_ = false;
     bus = std::make_unique<GsUsbBus>(config(), clock);
     server_ = std::thread([this] {
       while (!stop_.load()) bus->serve(milliseconds(20));
     });
   }
-  void TearDown() override {
+  void close() {
     stop_ = true;
     if (server_.joinable()) server_.join();
     bus.reset();
   }
 
-  /// The peer is emulated too, and may be as slow as it likes.
-  GsUsbConfig config() const { return {.serial = serial_, .echo_timeout = std::chrono::seconds(2)}; }
+  /// The peer is emulated too, and may be as slow as it likes. Unplugged over and over, it is soon looked
+  /// for.
+  GsUsbConfig config() const {
+    return {.serial = serial_,
+            .echo_timeout = std::chrono::seconds(2),
+            .retry = {.first = milliseconds(20), .longest = milliseconds(50)}};
+  }
 
   /// False where no adapter listens to commands.
   static bool tell(const std::string& command) {
@@ -144,6 +156,27 @@ TEST_F(UsbCan, UnpluggedInTheMiddleOfManyFramesItComesBack) {
   ASSERT_TRUE(comes_true([&] { return bus->state() == CanBusState::kGone; }));
   tell("plug");
   ASSERT_TRUE(comes_true([&] { return bus->state() == CanBusState::kErrorActive; }));
+  EXPECT_TRUE(answers());
+}
+
+TEST_F(UsbCan, HoldsNothingMoreAfterFiftyUnplugs) {
+  ASSERT_TRUE(answers());
+  close();
+  const Held while_closed = held_now();
+  open();
+  ASSERT_TRUE(comes_true([&] { return bus->state() == CanBusState::kErrorActive; }));
+  const Held while_open = held_now();
+  for (int i = 0; i < 50; ++i) {
+    if (!tell("unplug")) GTEST_SKIP() << "HEADWAY_USB_CAN_COMMANDS names no pipe";
+    ASSERT_TRUE(comes_true([&] { return bus->state() == CanBusState::kGone; })) << i;
+    tell("plug");
+    ASSERT_TRUE(comes_true([&] { return bus->state() == CanBusState::kErrorActive; })) << i;
+    ASSERT_EQ(held_now(), while_open) << i;
+    if (i % 5 != 0) continue;
+    close();
+    ASSERT_EQ(held_now(), while_closed) << i;
+    open();
+  }
   EXPECT_TRUE(answers());
 }
 

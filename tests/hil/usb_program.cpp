@@ -9,6 +9,8 @@
 #include <fmt/ranges.h>
 #include <poll.h>
 
+#include "hal/error.h"
+
 namespace headway::hil {
 namespace {
 
@@ -49,6 +51,15 @@ void run_usb_program(UsbipPort& port, CommandPipe& commands, const Obey& obey, c
       fmt::print(stderr, "{}: {}\n", known ? "done" : "unknown command", fmt::join(*command, " "));
     }
     port.send_waiting();
+  }
+}
+
+int run_reporting(const char* program, int (*run)(int, char**), int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const Error& error) {
+    fmt::print(stderr, "{}: {}\n", program, error.what());
+    return 2;
   }
 }
 

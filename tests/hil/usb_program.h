@@ -20,4 +20,8 @@ using Obey = std::function<bool(const Command&)>;
 /// output.
 void run_usb_program(UsbipPort& port, CommandPipe& commands, const Obey& obey, const NextWait& next_wait);
 
+/// The end of such a program: what `run` returns, or 2 where it throws an Error, told under the program's
+/// name on the error output.
+int run_reporting(const char* program, int (*run)(int, char**), int argc, char** argv);
+
 }  // namespace headway::hil

@@ -22,6 +22,7 @@
 #include "drivers/v4l2_listing.h"
 #include "hal/clock.h"
 #include "hal/error.h"
+#include "tests/held.h"
 
 namespace headway::drivers {
 namespace {
@@ -330,6 +331,25 @@ TEST_F(VividCamera, HoldsNothingAfterAHundredTimes) {
     camera_.reset();
     ASSERT_EQ(held(config_.path), 0);
   }
+}
+
+TEST_F(VividCamera, HoldsNothingMoreAfterFiftyUnplugs) {
+  config_.retry = {.first = std::chrono::milliseconds(10), .longest = std::chrono::milliseconds(10)};
+  const Held while_closed = held_now();
+  open();
+  const Held while_open = held_now();
+  for (std::uint64_t i = 0; i < 50; ++i) {
+    // While udev still looks at the old device file, the next one gets another name.
+    ASSERT_EQ(run("udevadm settle && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind"), 0);
+    ASSERT_TRUE(until([&] { return stats().gone == i + 1; })) << i;
+    ASSERT_EQ(held_now(), while_closed) << i;
+    ASSERT_EQ(run("udevadm settle && echo vivid.0 >/sys/bus/platform/drivers/vivid/bind"), 0);
+    // Open, whatever its stamps are worth: they may lie in the future.
+    ASSERT_TRUE(until([&] { return held(config_.path) > 4; })) << i;
+    ASSERT_EQ(held_now(), while_open) << i;
+  }
+  set("timestamp_source", 1);
+  EXPECT_TRUE(until_state(CameraState::kStreaming));
 }
 
 TEST_F(VividCamera, NeverTakesAFrameFromTheFuture) {

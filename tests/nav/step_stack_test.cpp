@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "hal/error.h"
 #include "tests/heap_count.h"
 #include "tests/nav/stack_and_peer.h"
 
@@ -15,6 +16,22 @@ namespace {
 using hal::Stance;
 using hal::WalkState;
 using std::chrono::milliseconds;
+
+TEST(StepStack, RefusesTimesThatNoWalkCouldBeLedBy) {
+  EXPECT_NO_THROW(StepStack{});
+  const auto refuses = [](Duration StepStackConfig::*member, Duration value) {
+    StepStackConfig config;
+    config.*member = value;
+    EXPECT_THROW(StepStack{config}, InputError) << to_seconds(value);
+  };
+  refuses(&StepStackConfig::commit_from, seconds(0.18));  // earlier than commit_by
+  refuses(&StepStackConfig::commit_by, seconds(0.16));    // too late to be sent
+  refuses(&StepStackConfig::lead, seconds(-0.01));
+  refuses(&StepStackConfig::margin, seconds(-0.01));
+  refuses(&StepStackConfig::max_map_age, {});
+  refuses(&StepStackConfig::status_timeout, {});
+  refuses(&StepStackConfig::start_timeout, {});
+}
 
 TEST(StepStack, CommitsThreeStepsAtRestAndThenOneAStep) {
   Walking w;

@@ -58,6 +58,12 @@ expect_equal "$(v4l2-ctl -d "$video" --list-formats-ext | awk '/\[0\]|Size/')" \
   $'\t[0]: \'GREY\' (8-bit Greyscale)\n\t\tSize: Discrete 320x240'
 film 24
 
+say "headway doctor says on which bus it is, and that it is asked for no more than that carries"
+"$build/headway" doctor config/hrp2/robot.yaml --left "$video" --right "$video" >/tmp/doctor || true
+grep -Eq '^ok    usb      left camera: .+, release [0-9]+\.[0-9]+$' /tmp/doctor || fail "$(cat /tmp/doctor)"
+grep -Eq '^ok    usb      bus usb1: left [0-9.]+ MB/s \+ right [0-9.]+ MB/s of the 48.0 MB/s' /tmp/doctor ||
+  fail "$(cat /tmp/doctor)"
+
 say "at another rate too"
 film 8 -p 5
 expect_equal "$(v4l2-ctl -d "$video" -P | awk '/Frames per second/ { print $4 }')" 5.000
@@ -97,6 +103,8 @@ expect_end_of "$stream"
 tell plug
 wait_for "the kernel to find the camera" there
 film 8
+
+HEADWAY_VIDEO=$video HEADWAY_CAMERA_COMMANDS=$commands run_tests hil_camera_usb_tests
 end_camera
 
 say "colour frames are read as they were given"

@@ -53,6 +53,18 @@ expect_equal "$(lsusb -v -d 1d50:606f 2>/dev/null | awk '/iSerial/ { print $3 }'
 expect_equal "$(hear 2 cansend can0 123#1122334455667788)" $'123#1122334455667788\n124#1122334455667788'
 expect_equal "$(hear 1 tell frame 7FF 0102)" '7FF#0102'
 
+say "headway doctor lists the interface and the adapter behind it"
+"$build/headway" doctor config/hrp2/robot.yaml --bus socketcan:can0 >/tmp/doctor || true
+grep -q '^warn  can      can0: up, error active, 500000 bit/s, sample point 87.5 %, stays off' /tmp/doctor ||
+  fail "$(cat /tmp/doctor)"
+grep -q '^ok    can      adapter: emulated candleLight, release 0.00' /tmp/doctor || fail "$(cat /tmp/doctor)"
+tell state bus-off
+wait_for "bus-off" state_is BUS-OFF
+"$build/headway" doctor config/hrp2/robot.yaml --bus socketcan:can0 >/tmp/doctor || true
+grep -q '^fail  can      can0: up, off the bus, ' /tmp/doctor || fail "$(cat /tmp/doctor)"
+ip link set can0 down
+up
+
 say "a thousand frames come back in order"
 answers() {
   candump -L -n 1000 -T 20000 can0,201:7FF >/tmp/answers &
