@@ -195,8 +195,9 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
     walker.tick(clock.now());
     if (head.pan().phase == drivers::DrivePhase::kRunning) pan.start();
     if (head.tilt().phase == drivers::DrivePhase::kRunning) tilt.start();
-    pan.tick(clock.now());
-    tilt.tick(clock.now());
+    // A drive that boots is set up again, over the same SDO channel.
+    if (head.pan().phase == drivers::DrivePhase::kRunning) pan.tick(clock.now());
+    if (head.tilt().phase == drivers::DrivePhase::kRunning) tilt.tick(clock.now());
   }
   judge_bus(bus, time, into);
   into.about("head");
@@ -216,9 +217,10 @@ void examine_exposures(const std::vector<EyeLook>& eyes, drivers::DeviceCalls& c
         exposure->is_automatic ? "automatic" : "by hand");
     if (exposure->may_slow_down)
       into.warn(what, found + ": in the dark it may lower the frame rate",
-                fmt::format("hardware: cameras: exposure_ms: in the robot file; or 'v4l2-ctl -d {} -c "
-                            "exposure_dynamic_framerate=0'",
-                            eye.path));
+                "hardware: cameras: exposure_ms: in the robot file" +
+                    (exposure->can_keep_rate
+                         ? fmt::format("; or 'v4l2-ctl -d {} -c exposure_dynamic_framerate=0'", eye.path)
+                         : ""));
     else
       into.ok(what, found);
   }

@@ -22,7 +22,7 @@ struct BackOffConfig {
 /// has failed as well: its owner says when it works.
 class BackOff {
  public:
-  explicit BackOff(const BackOffConfig& config = {}) noexcept : config_(config), wait_(config.first) {}
+  explicit BackOff(const BackOffConfig& config = {}) noexcept : config_(config) {}
 
   /// The device is gone.
   void begin(Time now) noexcept {
@@ -45,7 +45,7 @@ class BackOff {
 
  private:
   BackOffConfig config_;
-  Duration wait_;
+  Duration wait_{};
   Time next_{};
 };
 

@@ -109,9 +109,10 @@ void visit_messages(Bytes all, Visit visit) {
 class RouteSocket {
  public:
   RouteSocket() : descriptor_(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
+    if (descriptor_ < 0) fail(errno);
+    // Without an answer it would wait for ever; that this could be refused is not known.
     const timeval patience{.tv_sec = 1, .tv_usec = 0};
-    if (descriptor_ < 0 || setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) < 0)
-      fail();
+    setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
   ~RouteSocket() {
     if (descriptor_ >= 0) ::close(descriptor_);
@@ -127,21 +128,25 @@ class RouteSocket {
     request.header.nlmsg_len = sizeof request;
     request.header.nlmsg_type = RTM_GETLINK;
     request.header.nlmsg_flags = NLM_F_REQUEST | NLM_F_DUMP;
-    if (::send(descriptor_, &request, sizeof request, 0) < 0) fail();
+    if (::send(descriptor_, &request, sizeof request, 0) < 0) fail(errno);
   }
   Bytes receive(std::span<std::byte> into) const {
-    const ssize_t got = ::recv(descriptor_, into.data(), into.size(), 0);
-    if (got <= 0) fail();
+    ssize_t got = 0;
+    do {
+      got = ::recv(descriptor_, into.data(), into.size(), MSG_TRUNC);
+    } while (got < 0 && errno == EINTR);
+    if (got <= 0) fail(errno);
+    if (static_cast<std::size_t>(got) > into.size()) fail(EMSGSIZE);
     return into.first(static_cast<std::size_t>(got));
   }
-
- private:
-  [[noreturn]] static void fail() {
+  [[noreturn]] static void fail(int error) {
     throw Error(
         fmt::format("the kernel's list of network interfaces (netlink): {}, expected an answer; look "
                     "at what confines this program",
-                    std::strerror(errno)));
+                    std::strerror(error)));
   }
+
+ private:
   int descriptor_;
 };
 
@@ -165,7 +170,11 @@ std::vector<CanLink> list_can_links() {
   for (bool is_done = false; !is_done;) {
     const Bytes answer = kernel.receive(buffer);
     std::ranges::move(can_links_in(answer), std::back_inserter(all));
-    visit_messages(answer, [&](int type, Bytes) { is_done |= type == NLMSG_DONE || type == NLMSG_ERROR; });
+    visit_messages(answer, [&](int type, Bytes body) {
+      is_done |= type == NLMSG_DONE;
+      if (type == NLMSG_ERROR)
+        RouteSocket::fail(-front_of<nlmsgerr>(body).value_or(nlmsgerr{-EPROTO, {}}).error);
+    });
   }
   return all;
 }

@@ -37,6 +37,7 @@ void SdoText::tick(Time now) noexcept {
   // A segment is not asked for twice: had the answer got lost, the node would be one ahead.
   if (tries_left_ <= 0 || (sent_ && in_segments_)) {
     status_ = Status::kTimedOut;
+    if (in_segments_) abort_transfer();
   } else if (bus_.send(
                  {.id = hal::cia402::kSdoRequestBase + node_, .dlc = 8, .data = request_, .stamp = {}})) {
     sent_ = now;
@@ -44,15 +45,25 @@ void SdoText::tick(Time now) noexcept {
   }
 }
 
+/// The node must not wait for us in mid-transfer (CiA 301, 7.2.4.3.17: 0504 0000, SDO protocol timed out).
+void SdoText::abort_transfer() noexcept {
+  bus_.send({.id = hal::cia402::kSdoRequestBase + node_,
+             .dlc = 8,
+             .data = {sdo::kAbort, static_cast<std::uint8_t>(index_), static_cast<std::uint8_t>(index_ >> 8),
+                      0, 0x00, 0x00, 0x04, 0x05},
+             .stamp = {}});
+}
+
 void SdoText::receive(const hal::CanFrame& frame) noexcept {
   if (status_ != Status::kBusy || !sent_ || frame.id != hal::cia402::kSdoAnswerBase + node_ || frame.dlc != 8)
     return;
-  if (frame.data[0] == sdo::kAbort)
-    status_ = Status::kRefused;
-  else if (in_segments_)
+  if (frame.data[0] == sdo::kAbort) {
+    if ((frame.data[1] | frame.data[2] << 8) == index_) status_ = Status::kRefused;
+  } else if (in_segments_) {
     take_segment(frame);
-  else
+  } else {
     take_beginning(frame);
+  }
 }
 
 void SdoText::take_beginning(const hal::CanFrame& frame) noexcept {

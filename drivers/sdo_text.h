@@ -38,6 +38,7 @@ class SdoText {
   void take_beginning(const hal::CanFrame& frame) noexcept;
   void take_segment(const hal::CanFrame& frame) noexcept;
   void append(const std::uint8_t* bytes, std::size_t count) noexcept;
+  void abort_transfer() noexcept;
   void ask(std::array<std::uint8_t, 8> request) noexcept;
 
   hal::CanBus& bus_;

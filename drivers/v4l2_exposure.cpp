@@ -33,7 +33,9 @@ std::optional<V4l2Exposure> present_exposure(DeviceCalls& calls, const char* pat
   if (const auto units = value_of(device, V4L2_CID_EXPOSURE_ABSOLUTE)) exposure.time = *units * kUnit;
   const auto mode = value_of(device, V4L2_CID_EXPOSURE_AUTO);
   exposure.is_automatic = mode == V4L2_EXPOSURE_AUTO || mode == V4L2_EXPOSURE_APERTURE_PRIORITY;
-  exposure.may_slow_down = exposure.is_automatic && value_of(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY) != 0;
+  const auto priority = value_of(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY);
+  exposure.can_keep_rate = priority.has_value();
+  exposure.may_slow_down = exposure.is_automatic && priority != 0;
   return exposure;
 }
 

@@ -14,6 +14,7 @@ struct V4l2Exposure {
   bool is_automatic = false;
   /// It is automatic, and nothing keeps the camera from exposing longer than a frame's period.
   bool may_slow_down = false;
+  bool can_keep_rate = false;  ///< it has the control that would (V4L2_CID_EXPOSURE_AUTO_PRIORITY)
 };
 
 /// Of the camera at `path`, which may be in use. Nothing when it cannot be opened.

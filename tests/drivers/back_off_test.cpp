@@ -31,6 +31,12 @@ TEST(BackOff, WaitsTwiceAsLongAfterEachFailureUpToTheLongest) {
   EXPECT_EQ(waits_of(back_off, at_seconds(100), 5), expected) << "and anew";
 }
 
+TEST(BackOff, WaitsTheFirstPauseWhereTheDeviceNeverWorked) {
+  BackOff back_off({.first = milliseconds(500), .longest = milliseconds(3000)});
+  back_off.failed(at_seconds(7));
+  EXPECT_EQ(back_off.next(), at_seconds(7) + milliseconds(500));
+}
+
 TEST(BackOff, TriesAtOnceWhereThatIsWishedAndThenAsEver) {
   BackOff back_off({.first = milliseconds(500), .longest = milliseconds(3000)});
   back_off.begin_at_once(at_seconds(7));

@@ -19,7 +19,7 @@ struct Server final : hal::CanBus {
   std::string text;
   bool expedites = true;  ///< what fits into one answer
   int deaf_to = 0;        ///< so many requests
-  int requests = 0, aborted = 0;
+  int requests = 0, aborted = 0, given_up = 0;
   std::deque<hal::CanFrame> answers;
 
   bool send(const hal::CanFrame& request) noexcept override {
@@ -28,7 +28,9 @@ struct Server final : hal::CanBus {
     ++requests;
     if (deaf_to-- > 0) return true;
     const auto& in = request.data;
-    if (in[0] == 0x40)
+    if (in[0] == 0x80)
+      ++given_up;
+    else if (in[0] == 0x40)
       begin(in[1] | in[2] << 8, in[3]);
     else if (in[0] == (toggle_ ? 0x70 : 0x60))
       next();
@@ -43,12 +45,13 @@ struct Server final : hal::CanBus {
   void answer(std::array<std::uint8_t, 8> data) {
     answers.push_back({.id = 0x580u + kNode, .dlc = 8, .data = data, .stamp = {}});
   }
-  void abort() {
+  void abort(int index = kName) {
     ++aborted;
-    answer({0x80, 0x08, 0x10, 0, 0, 0, 0x02, 0x06});
+    answer(
+        {0x80, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), 0, 0, 0, 0x02, 0x06});
   }
   void begin(int index, int subindex) {
-    if (index != kName || subindex != 0) return abort();
+    if (index != kName || subindex != 0) return abort(index);
     const auto size = static_cast<std::uint8_t>(text.size());
     std::array<std::uint8_t, 8> data{0x41, 0x08, 0x10, 0, size};
     at_ = 0;
@@ -124,6 +127,28 @@ TEST(SdoText, IsAskedForThreeTimes) {
   read(reader, server);
   EXPECT_EQ(reader.status(), SdoText::Status::kTimedOut);
   EXPECT_EQ(server.requests, 3);
+}
+
+TEST(SdoText, GivesUpATransferThatTheNodeLeavesHalfDone) {
+  Server server;
+  server.text = "a motor with a long name";
+  SdoText reader(server, kNode);
+  reader.read(kName);
+  reader.tick(at_seconds(1));
+  reader.receive(server.answers.front());
+  server.deaf_to = 1;
+  for (Time now = at_seconds(1); now < at_seconds(5); now += std::chrono::milliseconds(5)) reader.tick(now);
+  EXPECT_EQ(reader.status(), SdoText::Status::kTimedOut);
+  EXPECT_EQ(server.given_up, 1);
+}
+
+TEST(SdoText, LeavesAnAbortOfAnotherTransferAlone) {
+  Server server;
+  SdoText reader(server, kNode);
+  reader.read(kName);
+  reader.tick(at_seconds(1));
+  reader.receive({.id = 0x580u + kNode, .dlc = 8, .data = {0x80, 0x17, 0x10, 0, 0, 0, 2, 6}, .stamp = {}});
+  EXPECT_EQ(reader.status(), SdoText::Status::kBusy);
 }
 
 RC_GTEST_PROP(SdoText, WhateverComesIsNeverMoreThanItsRoom, ()) {
