@@ -63,7 +63,10 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnos
   diagnosis.about("eyes");
   if (hardware.left.empty() || hardware.right.empty()) {
     diagnosis.fail(
-        "cameras", "none are named",
+        "cameras",
+        hardware.left.empty() && hardware.right.empty() ? "none are named"
+        : hardware.left.empty()                         ? "the left one is not named"
+                                                        : "the right one is not named",
         "hardware: cameras: left and right in the robot file, or --left and --right; 'headway camera list'");
     return;
   }
@@ -81,6 +84,8 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnos
 }
 
 int run(const Options& options) {
+  // A verdict of an earlier time must not be taken for this one's.
+  if (!options.json.empty()) write_json(options.json, Json());
   const Robot robot = read_robot(options.robot);
   HardwareConfig hardware = robot.hardware;
   if (!options.bus.empty()) hardware.bus = options.bus;

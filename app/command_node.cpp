@@ -82,7 +82,8 @@ void add_node(CLI::App& app, Run& run_command) {
   CLI::App* command = app.add_subcommand(
       "node",
       "The simulated robot behind real wires: head drives and control computer on a CAN bus, pictures "
-      "into named pipes; 'headway run' guides it from another process");
+      "into named pipes; 'headway run' guides it from another process, once something makes cameras of the "
+      "pipes (tests/hil does)");
   command->add_option("robot", options->robot, "Robot file")->required();
   command->add_option("--world", options->world, "World file, e.g. config/worlds/lab.yaml")->required();
   command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())->required();

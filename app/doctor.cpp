@@ -42,10 +42,10 @@ void examine_rights(const MachineFacts& facts, Diagnosis& into) {
   else
     into.fail("real-time priority",
               fmt::format("up to {}, the bus loop wants {}", facts.realtime_priority, wanted),
-              fmt::format(
-                  "in /etc/security/limits.d/headway.conf: '@headway - rtprio {0}', then log in again; in a "
-                  "unit: LimitRTPRIO={0}",
-                  wanted));
+              fmt::format("in /etc/security/limits.d/headway.conf: '@headway - rtprio {0}'; 'sudo usermod "
+                          "-aG headway $USER', "
+                          "then log in again; in a unit: LimitRTPRIO={0}",
+                          wanted));
   constexpr std::uint64_t kEnough = 512 * kMebibyte;
   if (facts.root_user || facts.locked_memory >= kEnough)
     into.ok("locked memory", facts.root_user || facts.locked_memory == kUnlimited

@@ -87,6 +87,8 @@ void examine_usb_cameras(const std::filesystem::path& root, const drivers::Stere
   std::map<std::string, std::vector<Eye>> buses;
   for (const auto& [name, config] : {std::pair("left", &cameras.left), {"right", &cameras.right}}) {
     const std::optional<UsbPlace> place = usb_place_of_camera(root, config->path);
+    std::error_code unreadable;
+    if (!place && !std::filesystem::exists(config->path, unreadable)) continue;  // the eyes' lines say so
     into.ok(fmt::format("{} camera", name), place ? name_of(*place) : "not on the USB");
     if (!place) continue;
     const Eye eye{name, *place, bytes_per_second(*config)};

@@ -5,6 +5,9 @@ install(TARGETS headway RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/headway/config
         FILES_MATCHING PATTERN "*.yaml" PATTERN "*.dbc"
         PATTERN "systemd" EXCLUDE PATTERN "debian" EXCLUDE PATTERN "udev" EXCLUDE)
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md" PATTERN "images" EXCLUDE)
 # Below /usr and /usr/local, systemd and udev look here themselves.
 install(FILES config/systemd/headway.service DESTINATION lib/systemd/system)
 install(FILES config/systemd/headway.conf DESTINATION lib/sysusers.d)

@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -83,7 +84,8 @@ SlcanBus::~SlcanBus() {
 bool SlcanBus::open() noexcept {
   fd_ = ::open(config_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd_ < 0) return false;
-  if (make_raw(fd_, config_.baud_rate) && greet()) return true;
+  // Two programs on one line would take each other's frames, and either closes the channel when it ends.
+  if (::flock(fd_, LOCK_EX | LOCK_NB) == 0 && make_raw(fd_, config_.baud_rate) && greet()) return true;
   const int error = errno;
   close();
   errno = error;
@@ -109,6 +111,7 @@ void SlcanBus::close() noexcept {
 
 void SlcanBus::explain(int error) const {
   const char* mend = "'ls /dev/serial/by-id' lists the adapters that are there";
+  if (error == EWOULDBLOCK) mend = "another program uses it: end that first ('fuser -v' names it)";
   if (error == EACCES) mend = "members of the group dialout may open it";
   if (error == ENOTTY || error == ENODEV) mend = "expected the tty of a serial CAN adapter";
   throw InputError(

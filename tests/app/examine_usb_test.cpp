@@ -111,11 +111,12 @@ TEST(ExamineUsb, WarnsOfAPortThatIsTooSlow) {
               HasSubstr("left camera's port: 9.2 MB/s are asked for, and 12 Mbit/s carry 1.4 MB/s"));
 }
 
-TEST(ExamineUsb, HasNothingToSayOfCamerasElsewhere) {
+TEST(ExamineUsb, HasLittleToSayOfCamerasElsewhereAndNothingOfThoseThatAreAbsent) {
   const MadeUpUsb usb;
-  const Diagnosis none = examined(usb, pair("/dev/video0", "/dev/video1"));
+  const Diagnosis none = examined(usb, pair("/dev/null", "/dev/no such camera"));
   EXPECT_EQ(none.worst(), Verdict::kOk);
   EXPECT_THAT(none.text(), HasSubstr("left camera: not on the USB"));
+  EXPECT_THAT(none.text(), testing::Not(HasSubstr("right camera")));
 }
 
 TEST(ExamineUsb, NamesTheAdapterBehindAnInterface) {

@@ -280,6 +280,18 @@ TEST_F(SlcanBusTest, IsServedFromAnotherThread) {
   stop = true;
 }
 
+TEST_F(SlcanBusTest, HasTheLineForItselfAlone) {
+  bus();
+  try {
+    SlcanBus second(SlcanConfig{.path = path()}, clock_);
+    FAIL() << "two on one line";
+  } catch (const InputError& fault) {
+    EXPECT_THAT(fault.what(), HasSubstr("another program uses it"));
+  }
+  bus_.reset();
+  EXPECT_NO_THROW(SlcanBus(SlcanConfig{.path = path()}, clock_)) << "free again";
+}
+
 TEST_F(SlcanBusTest, SaysWhatIsWrongAtTheStart) {
   const auto fault_of = [&](SlcanConfig config) -> std::string {
     try {
