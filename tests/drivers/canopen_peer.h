@@ -47,7 +47,6 @@ class CanopenPeer {
   }
   ~CanopenPeer() {
     ::close(socket_);
-    if (process_ > 0) kill(process_, SIGKILL);
     exit_code();
   }
   CanopenPeer(const CanopenPeer&) = delete;
@@ -82,10 +81,12 @@ class CanopenPeer {
  private:
   static constexpr int kNotInstalled = 77;
 
-  /// Of the process, which has ended or is about to.
+  /// Of the process, which is ended if it has not ended itself.
   int exit_code() {
     int status = 0;
-    if (process_ <= 0 || waitpid(std::exchange(process_, -1), &status, 0) < 0) return -1;
+    if (process_ <= 0) return -1;
+    kill(process_, SIGKILL);
+    if (waitpid(std::exchange(process_, -1), &status, 0) < 0) return -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   std::string hear() {
