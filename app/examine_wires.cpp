@@ -154,7 +154,10 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
               fmt::format("{} with a wrong CRC, {} repeated, {} out of sequence, {} undeclared",
                           counts.wrong_crc, counts.repeated, counts.wrong_sequence, counts.undeclared),
               "both sides must mean the same config/can/headway.dbc; see 'headway can dump'");
-  if (walker.clock_is_synchronised())
+  if (const auto clock = walker.clock())
+    into.ok("clock", fmt::format("is {:.3f} s behind ours, give or take {:.1f} ms", to_seconds(clock->offset),
+                                 1e3 * to_seconds(clock->uncertainty)));
+  else if (walker.clock_is_synchronised())
     into.ok("clock", "heard");
   else
     into.warn("clock", "CTL_Time is not heard", "it must send CTL_Time every second (docs/bus.md)");

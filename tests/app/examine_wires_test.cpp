@@ -46,6 +46,8 @@ TEST(ExamineBus, FindsAWellRobotWell) {
   const Diagnosis diagnosis = patient.examined();
   EXPECT_EQ(diagnosis.worst(), Verdict::kOk) << diagnosis.text();
   EXPECT_THAT(diagnosis.text(), HasSubstr("pan drive, node 0x11: runs"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("clock: is 0.0")) << "it began with ours";
+  EXPECT_THAT(diagnosis.text(), HasSubstr("give or take"));
   EXPECT_EQ(patient.node.body().path_walked(), 0) << "the doctor walks nobody";
 }
 
