@@ -34,7 +34,8 @@ DriveNumbers numbers_of(const HeadConfig& c, double lower, double upper) {
           .quick_stop = unsigned_milli(c.quick_stop_deceleration),
           .following_window = unsigned_milli(c.following_error),
           .following_timeout_ms =
-              static_cast<std::uint16_t>(c.following_error_time / std::chrono::milliseconds(1))};
+              static_cast<std::uint16_t>(c.following_error_time / std::chrono::milliseconds(1)),
+          .cyclic = c.set_points == SetPointMode::kCyclic};
 }
 
 bool is_ours(std::uint8_t node) { return node == 0x11 || node == 0x12; }

@@ -1,4 +1,4 @@
-// The head as two CANopen drives (CiA 402, profile position) for pan and tilt, on any hal::CanBus.
+// The head as two CANopen drives (CiA 402) for pan and tilt, on any hal::CanBus.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,14 @@
 
 namespace headway::drivers {
 
+/// How drives are told where to go: profile position, where each makes its own way and a late order jerks
+/// nothing, or cyclic synchronous position, a target with every SYNC.
+enum class SetPointMode : std::uint8_t { kProfile, kCyclic };
+
 struct HeadConfig {
   std::uint8_t pan_node = 0x11, tilt_node = 0x12;  ///< as in config/can/headway.dbc
   hal::HeadLimits limits;
+  SetPointMode set_points = SetPointMode::kProfile;
   double quick_stop_deceleration = 10;  ///< [rad/s^2]
   double following_error = 0.0873;      ///< the drive faults when it lags more than this [rad]...
   Duration following_error_time = std::chrono::milliseconds(100);  ///< ...for this long

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "drivers/sdo_client.h"
@@ -18,6 +19,7 @@ struct DriveNumbers {
   std::uint32_t quick_stop = 0;            ///< quick-stop deceleration
   std::uint32_t following_window = 0;      ///< following error that is a fault...
   std::uint16_t following_timeout_ms = 0;  ///< ...when it lasts this long
+  bool cyclic = false;                     ///< cyclic synchronous position instead of profile position
   bool operator==(const DriveNumbers&) const = default;
 };
 
@@ -25,8 +27,22 @@ struct SetupEntry {
   hal::cia402::Object object;
   std::uint32_t value = 0;
 };
-inline constexpr std::size_t kSetupEntries = 36;
-using SetupTable = std::array<SetupEntry, kSetupEntries>;
+
+/// The entries in their order; no heap.
+class SetupTable {
+ public:
+  static constexpr std::size_t kMost = 38;
+
+  void add(const hal::cia402::Object& object, std::uint32_t value) noexcept {
+    entries_[count_++] = {object, value};
+  }
+  std::size_t size() const noexcept { return count_; }
+  const SetupEntry& operator[](std::size_t i) const noexcept { return entries_[i]; }
+
+ private:
+  std::array<SetupEntry, kMost> entries_{};
+  std::size_t count_ = 0;
+};
 
 /// The set-up of docs/bus.md in the order it must be written: heartbeats, stop options, profile, then each
 /// PDO switched off, mapped and switched on again.

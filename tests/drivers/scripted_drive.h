@@ -32,18 +32,20 @@ class ScriptedDrive {
   // What a test may turn.
   std::uint8_t node;
   bool mute_status = false, mute_position = false, mute_heartbeat = false, mute_sdo = false;
-  bool never_acknowledges = false, knows_transition_16 = true, fault_is_permanent = false,
-       stuck_switched_on = false;
+  bool never_acknowledges = false,  ///< set-points; nor follows cyclic ones
+      knows_transition_16 = true, fault_is_permanent = false, stuck_switched_on = false;
   std::optional<Key> refuses, forgets;  ///< objects it aborts, or does not keep
   std::int32_t position = 0;            ///< [0.001 deg]
   State state = State::kDisabled;
 
   // What a test may look at.
   std::map<Key, std::uint32_t> objects;
-  std::vector<Key> written;                 ///< in order
-  std::vector<std::int32_t> set_points;     ///< taken on the rising edge of bit 4
-  std::vector<std::uint16_t> controlwords;  ///< each time it changed
-  std::vector<State> states;                ///< each time it changed
+  std::vector<Key> written;                  ///< in order
+  std::vector<std::int32_t> set_points;      ///< taken on the rising edge of bit 4
+  std::vector<std::int32_t> cyclic_targets;  ///< each that counted from a SYNC on
+  std::int32_t largest_jump = 0;             ///< of these from where it was
+  std::vector<std::uint16_t> controlwords;   ///< each time it changed
+  std::vector<State> states;                 ///< each time it changed
   int sdo_requests = 0;
   bool operational = false, halted = false;
   std::int32_t target = 0;
@@ -56,6 +58,7 @@ class ScriptedDrive {
     become(State::kDisabled);
     controlword_ = 0;
     acknowledges_ = false;
+    waiting_.reset();
     send(hal::bus::Heartbeat{.state = hal::bus::Heartbeat::State::kBootUp}.pack(0x700u + node), now);
   }
   void emergency(std::uint16_t code, Time now) {
@@ -69,16 +72,20 @@ class ScriptedDrive {
     if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
       operational = nmt->command == Nmt::Command::kStart;
     } else if (frame.id == Sync::kId) {
+      if (waiting_) obey(*waiting_);
+      waiting_.reset();
       report(now);
     } else if (frame.id == 0x600u + node) {
       answer(*SdoRequest::unpack(frame), now);
     } else if (frame.id == 0x200u + node && operational && is_mapped(0x1400, 0x1600, 0x60400010, 3)) {
-      obey(*DriveCommand::unpack(frame));
+      const bool on_sync = objects[{0x1400, 2}] == 1;
+      waiting_ = DriveCommand::unpack(frame);
+      if (!on_sync) obey(*std::exchange(waiting_, std::nullopt));
     }
   }
 
   void tick(Time now) {
-    const std::int32_t step = 200;  // 40 deg/s at 5 ms
+    const std::int32_t step = mode_ == kCyclic ? 1'000'000 : 200;  // 40 deg/s at 5 ms
     velocity_ = 0;
     if (state == State::kEnabled && !halted) {
       const std::int32_t move = std::clamp(target - position, -step, step);
@@ -118,7 +125,8 @@ class ScriptedDrive {
     if (!operational) return;
     if (!mute_status && is_mapped(0x1800, 0x1A00, 0x60410010, 2)) {
       const std::uint16_t reached = position == target ? 0x0400 : 0;
-      const std::uint16_t acknowledged = acknowledges_ ? 0x1000 : 0;
+      const bool follows = mode_ == kCyclic && state == State::kEnabled && !never_acknowledges;
+      const std::uint16_t acknowledged = acknowledges_ || follows ? 0x1000 : 0;
       send(hal::bus::DriveStatus{.statusword = static_cast<std::uint16_t>(static_cast<int>(state) | reached |
                                                                           acknowledged),
                                  .mode = mode_}
@@ -161,13 +169,25 @@ class ScriptedDrive {
     move_state(before);
     halted = (c.controlword & 0x100) != 0;
     if ((c.controlword & 0x10) == 0) acknowledges_ = false;
+    const auto said = static_cast<std::int32_t>(std::lround(c.target_deg * 1000));
+    if (mode_ == kCyclic) {
+      follow(said);
+      return;
+    }
     const bool rising = (c.controlword & 0x10) != 0 && (before & 0x10) == 0;
     if (state == State::kEnabled && rising) {
-      set_points.push_back(static_cast<std::int32_t>(std::lround(c.target_deg * 1000)));
+      set_points.push_back(said);
       if (never_acknowledges) return;
       target = set_points.back();
       acknowledges_ = true;
     }
+  }
+
+  void follow(std::int32_t said) {
+    if (state != State::kEnabled) return;
+    cyclic_targets.push_back(said);
+    largest_jump = std::max(largest_jump, std::abs(said - position));
+    target = said;
   }
 
   void move_state(std::uint16_t before) {
@@ -188,7 +208,10 @@ class ScriptedDrive {
     }
   }
 
+  static constexpr std::int8_t kCyclic = 8;
+
   std::map<Key, std::uint8_t> sizes_;
+  std::optional<hal::bus::DriveCommand> waiting_;  ///< for the next SYNC
   std::uint16_t controlword_ = 0;
   std::int8_t mode_ = 0;
   std::int32_t velocity_ = 0;

@@ -1,12 +1,12 @@
 // One drive of the head on the npm package "canopen", which knows nothing of this project: its SDO server, network
 // management, heartbeats and PDO mapping do what the master has written. Only the drive profile is written here, from
-// CiA 402: the state machine, profile position, and a joint that goes where it is told.
+// CiA 402: the state machine, profile and cyclic synchronous position, and a joint that goes where it is told.
 'use strict';
 
 const { Device, Eds, ObjectType, DataType } = require('canopen');
 
 const State = { DISABLED: 0x40, READY: 0x21, ON: 0x23, ENABLED: 0x27, QUICK_STOP: 0x07, FAULT: 0x08 };
-const PROFILE_POSITION = 1;
+const PROFILE_POSITION = 1, CYCLIC_POSITION = 8;
 const INITIALIZING = 0, PRE_OPERATIONAL = 127;
 
 const U8 = DataType.UNSIGNED8, U16 = DataType.UNSIGNED16, U32 = DataType.UNSIGNED32;
@@ -27,6 +27,7 @@ const records = (id) => [
   [0x1800, [[U32, 0x80000180 + id], [U8, 255]]], [0x1a00, [[U32, 0], [U32, 0]]],
   [0x1801, [[U32, 0x80000280 + id], [U8, 255]]], [0x1a01, [[U32, 0], [U32, 0]]],
   [0x607d, [[I32, -180000], [I32, 180000]]],
+  [0x60c2, [[U8, 1], [I8, -3]]],
 ];
 
 function dictionary(id) {
@@ -48,6 +49,7 @@ class Drive {
   target = 0;
   word = 0;
   acknowledges = false;
+  jump = 0; // the largest of a cyclic target from where the joint was
 
   constructor(id, send) {
     this.device = new Device({ eds: dictionary(id), id });
@@ -79,7 +81,7 @@ class Drive {
   }
 
   step(milliseconds) {
-    const reach = (this.get(0x6081) * milliseconds) / 1000;
+    const reach = this.is_cyclic() ? Infinity : (this.get(0x6081) * milliseconds) / 1000;
     const before = this.position;
     if (this.state === State.ENABLED && (this.word & 0x100) === 0)
       this.position += Math.round(Math.max(-reach, Math.min(reach, this.target - this.position)));
@@ -89,11 +91,15 @@ class Drive {
 
   report() {
     const reached = this.position === this.target ? 0x400 : 0;
-    const acknowledged = this.acknowledges ? 0x1000 : 0;
+    const acknowledged = this.acknowledges || this.is_cyclic() ? 0x1000 : 0; // or: it follows
     this.device.setValue(0x6041, this.state | reached | acknowledged);
     this.device.setValue(0x6061, this.get(0x6060));
     this.device.setValue(0x6064, this.position);
     this.device.setValue(0x606c, this.velocity);
+  }
+
+  is_cyclic() {
+    return this.state === State.ENABLED && this.get(0x6060) === CYCLIC_POSITION;
   }
 
   obey(word) {
@@ -101,6 +107,10 @@ class Drive {
     this.word = word;
     this.become(this.after(word, rising));
     if ((word & 0x10) === 0) this.acknowledges = false;
+    if (this.is_cyclic()) {
+      this.target = this.get(0x607a);
+      this.jump = Math.max(this.jump, Math.abs(this.target - this.position));
+    }
     if (this.state === State.ENABLED && this.get(0x6060) === PROFILE_POSITION && rising & 0x10) {
       this.target = this.get(0x607a);
       this.acknowledges = true;

@@ -3,6 +3,7 @@
 //   211#0F00010000    a frame, as candump writes it
 //   step 5            time passes [ms]; answered with the frames sent since the last step, then "."
 //   position 17       answered with the joint's [0.001 deg]; get 17 607d 2, with an object's bytes
+//   jump 17           answered with the largest way from the joint to a cyclic target [0.001 deg]
 //   push 17 1234      somebody turns the joint; reboot 17; fault 17; emergency 17 8611; remove 17 60a8, an object
 // Ends with its input; with exit code 77 where the package "canopen" is missing (scripts/setup installs it).
 'use strict';
@@ -42,6 +43,7 @@ const orders = {
     say([...out.splice(0), '.'].join('\n'));
   },
   position: (id) => say(drives.get(Number(id)).position),
+  jump: (id) => say(drives.get(Number(id)).jump),
   get: (id, index, subindex) => say(drives.get(Number(id)).raw(hex(index), Number(subindex)).toString('hex')),
   push: (id, position) => void (drives.get(Number(id)).position = Number(position)),
   reboot: (id) => drives.get(Number(id)).reboot(),
