@@ -51,6 +51,11 @@ bool HeadDrive::has_torque() const {
          power_ == PowerState::kFaultReactionActive;
 }
 
+/// Cyclic synchronous position is what it is led by.
+bool HeadDrive::is_cyclic() const {
+  return power_ == PowerState::kOperationEnabled && objects_.get(0x6060) == 8;
+}
+
 bool HeadDrive::moving() const { return to_seconds(now_ - profile_start_) < profile_.duration(); }
 
 void HeadDrive::move_to(Time now) noexcept {
@@ -72,7 +77,14 @@ void HeadDrive::move_joint(double passed) noexcept {
     return;
   }
   const double before = demand_;
-  const Trapezoid::State wanted = profile_.at(to_seconds(now_ - profile_start_));
+  Trapezoid::State wanted = profile_.at(to_seconds(now_ - profile_start_));
+  if (is_cyclic()) {
+    // Evenly, so that it is there when the next target comes; without one it stays.
+    const double period = static_cast<double>(objects_.get(0x60C2, 1)) * 1e-3;
+    const double part = std::min(to_seconds(now_ - profile_start_) / period, 1.0);
+    const double way = static_cast<double>(target_) - cyclic_from_;
+    wanted = {cyclic_from_ + part * way, part < 1 ? way / period : 0};
+  }
   demand_ = wanted.position;
   demand_velocity_ = wanted.velocity;
   if (stalled_) {
@@ -128,7 +140,7 @@ void HeadDrive::obey(std::uint16_t control_word) noexcept {
     enter(PowerState::kSwitchOnDisabled);
   }
   if ((control_word & kFaultReset) == 0) change_power(control_word);
-  take_set_point(control_word);
+  is_cyclic() ? take_cyclic_target() : take_set_point(control_word);
   control_word_ = control_word;
 }
 
@@ -159,6 +171,7 @@ void HeadDrive::enter(PowerState state) noexcept {
   }
   if (state == PowerState::kOperationEnabled) {
     target_ = std::llround(profile_.end());
+    cyclic_from_ = static_cast<double>(target_);
     halted_ = false;
     far_for_ = 0;
   }
@@ -196,10 +209,23 @@ void HeadDrive::take_set_point(std::uint16_t word) noexcept {
   acknowledged_ = true;
 }
 
-void HeadDrive::start_motion(std::int64_t target) noexcept {
+void HeadDrive::take_cyclic_target() noexcept {
+  target_ = limited(objects_.get(0x607A));
+  cyclic_from_ = demand_;
+  profile_ = Trapezoid(demand_);  // what other modes would go on from
+  profile_start_ = now_;
+}
+
+/// Within the software position limits; bit 11 of the statusword tells when those were met.
+std::int64_t HeadDrive::limited(std::int64_t target) noexcept {
   const std::int64_t low = objects_.get(0x607D, 1), high = objects_.get(0x607D, 2);
-  target_ = low < high ? std::clamp(target, low, high) : target;
-  limited_ = target_ != target;
+  const std::int64_t within = low < high ? std::clamp(target, low, high) : target;
+  limited_ = within != target;
+  return within;
+}
+
+void HeadDrive::start_motion(std::int64_t target) noexcept {
+  target_ = limited(target);
   reached_for_ = 0;
   const auto number = [this](std::uint16_t index) { return static_cast<double>(objects_.get(index)); };
   profile_ = Trapezoid::move({demand_, demand_velocity_}, static_cast<double>(target_), number(0x6081),
@@ -273,7 +299,7 @@ std::uint16_t HeadDrive::status_word() const {
                                : !moving() && reached_for_ * 1e3 >= static_cast<double>(objects_.get(0x6068));
   if (has_torque() && reached) word |= 1U << 10;
   if (limited_) word |= 1U << 11;
-  if (acknowledged_) word |= 1U << 12;
+  if (acknowledged_ || is_cyclic()) word |= 1U << 12;  // or: it follows
   if (has_torque() && std::abs(demand_ - actual_) > static_cast<double>(objects_.get(0x6065)))
     word |= 1U << 13;
   return static_cast<std::uint16_t>(word);

@@ -1,7 +1,7 @@
 // A joint of the head as a CiA 402 drive on a CANopen network (CiA 301), written from the standards and
 // independent of the master in drivers/: NMT slave, SDO server (expedited), heartbeat producer and consumer,
-// PDOs with a mapping that must be set up, power state machine, profile position. Angles positive as in
-// hal::HeadAngles.
+// PDOs with a mapping that must be set up, power state machine, profile and cyclic synchronous position.
+// Angles positive as in hal::HeadAngles.
 #pragma once
 
 #include <array>
@@ -93,7 +93,10 @@ class HeadDrive final : public hal::BusNode {
   void obey(std::uint16_t control_word) noexcept;
   void change_power(std::uint16_t control_word) noexcept;
   void take_set_point(std::uint16_t control_word) noexcept;
+  void take_cyclic_target() noexcept;
   void start_motion(std::int64_t target) noexcept;
+  std::int64_t limited(std::int64_t target) noexcept;
+  bool is_cyclic() const;
   void stop_motion(std::uint16_t deceleration_object) noexcept;
   void quick_stop() noexcept;
   void enter(PowerState state) noexcept;
@@ -116,12 +119,14 @@ class HeadDrive final : public hal::BusNode {
   std::optional<Time> master_heard_;
   bool master_lost_ = false;
   std::array<int, 2> syncs_{};
+  std::optional<hal::CanFrame> waits_for_sync_;  ///< a synchronous RPDO
   std::array<hal::CanFrame, 2> last_sent_{};
 
   PowerState power_ = PowerState::kNotReadyToSwitchOn;
   std::uint16_t control_word_ = 0;
   Trapezoid profile_;
   Time profile_start_{};
+  double cyclic_from_ = 0;  ///< where the demand was when the last cyclic target came
   double demand_ = 0, demand_velocity_ = 0, actual_ = 0, actual_velocity_ = 0;
   std::int64_t target_ = 0;
   std::optional<std::int64_t> next_target_;

@@ -36,8 +36,15 @@ void HeadDrive::receive(const hal::CanFrame& frame) noexcept {
   }
   if (frame.id == kSdoRequest + config_.node && nmt_ != NmtState::kStopped) answer_sdo(frame);
   if (nmt_ != NmtState::kOperational) return;
-  if (frame.id == kSync) transmit_on_sync();
-  if (frame.id == static_cast<std::uint32_t>(objects_.get(0x1400, 1) & 0x800007ff)) take_receive_pdo(frame);
+  if (frame.id == kSync) {
+    transmit_on_sync();
+    if (waits_for_sync_) take_receive_pdo(*std::exchange(waits_for_sync_, std::nullopt));
+  }
+  if (frame.id != static_cast<std::uint32_t>(objects_.get(0x1400, 1) & 0x800007ff)) return;
+  if (objects_.get(0x1400, 2) <= 240)
+    waits_for_sync_ = frame;
+  else
+    take_receive_pdo(frame);
 }
 
 void HeadDrive::tick(Time now) noexcept {
@@ -78,6 +85,7 @@ void HeadDrive::reset_communication() noexcept {
   master_lost_ = false;
   error_register_ = error_code_ == 0 ? 0 : error_register_;
   syncs_ = {};
+  waits_for_sync_.reset();
 }
 
 void HeadDrive::obey_network(const hal::CanFrame& frame) noexcept {

@@ -26,6 +26,8 @@ constexpr int kPan = 0x11, kTilt = 0x12;
 
 class CanopenPeer : public ::testing::Test {
  protected:
+  explicit CanopenPeer(const HeadConfig& config = {}) : head_(bus_, config) {}
+
   void SetUp() override {
     if (!peer_.is_there())
       GTEST_SKIP() << "node or its package canopen is not installed; scripts/setup installs both";
@@ -64,7 +66,7 @@ class CanopenPeer : public ::testing::Test {
 
   testing::CanopenPeer peer_;
   testing::ScriptedBus bus_;
-  Cia402Head head_{bus_, HeadConfig{}};
+  Cia402Head head_;
   Time now_ = at_seconds(100);
   bool deaf_ = false;  ///< our program hangs
   std::function<bool(const hal::CanFrame&)> to_head_ = [](const hal::CanFrame&) { return true; };
@@ -105,6 +107,31 @@ TEST_F(CanopenPeer, TurnsTheHeadWhereItIsToldAndNoFurther) {
   ASSERT_TRUE(turn({3, -3}));
   EXPECT_EQ(position(kPan), 45000);
   EXPECT_EQ(position(kTilt), -30000);
+}
+
+class CyclicCanopenPeer : public CanopenPeer {
+ protected:
+  static HeadConfig cyclic() {
+    HeadConfig config;
+    config.set_points = SetPointMode::kCyclic;
+    return config;
+  }
+  CyclicCanopenPeer() : CanopenPeer(cyclic()) {}
+};
+
+TEST_F(CyclicCanopenPeer, FollowsAndIsNeverToldToJump) {
+  tell("push", kPan, "-12345");
+  ASSERT_TRUE(start());
+  ASSERT_TRUE(turn({0.5, -0.2}));
+  EXPECT_EQ(position(kPan), 28648);
+  tell("reboot", kPan);
+  tell("push", kPan, "4321");
+  ASSERT_TRUE(run_until(HeadHealth::kStarting, milliseconds(20)));
+  ASSERT_TRUE(start());
+  EXPECT_EQ(position(kPan), 4321);
+  ASSERT_TRUE(turn({3, -3}));
+  EXPECT_EQ(position(kPan), 45000);
+  EXPECT_LE(std::stoi(peer_.ask("jump 17")), 1147) << "1 rad/s in 20 ms";
 }
 
 TEST_F(CanopenPeer, IsFirstToldToStayWhereItIs) {
