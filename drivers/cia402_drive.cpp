@@ -58,6 +58,7 @@ Cia402Drive::Cia402Drive(CanopenMaster& master, std::uint8_t node, const DriveNu
       timeouts_(timeouts),
       setup_(master, node, numbers, timeouts.sdo),
       heartbeat_(timeouts.heartbeat),
+      homing_(numbers.homing),
       set_points_(set_points_of(numbers, timeouts.set_point)) {}
 
 // --- what comes in ---
@@ -100,6 +101,7 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
       heartbeat_.hear(stamp);
       if (!operational) start_ordered_ = false;  // the order to start got lost, or has not arrived yet
       break;
+    case DrivePhase::kHoming:
     case DrivePhase::kRunning:
       heartbeat_.hear(stamp);
       if (!operational) begin();
@@ -116,7 +118,8 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
 void Cia402Drive::hear(const Emcy& emergency) noexcept {
   report_.emergency_code = emergency.code;
   // Before it runs, the drive may report what happened earlier; its state tells whether that still matters.
-  if (emergency.code != 0 && report_.phase == DrivePhase::kRunning) fail(DriveFailure::kEmergency);
+  const bool runs = report_.phase == DrivePhase::kRunning || report_.phase == DrivePhase::kHoming;
+  if (emergency.code != 0 && runs) fail(DriveFailure::kEmergency);
 }
 
 // --- phases ---
@@ -126,6 +129,7 @@ void Cia402Drive::begin() noexcept {
   report_.failure = DriveFailure::kNone;
   report_.abort_code = 0;
   setup_.begin();
+  homing_.begin();
   heartbeat_.forget();
   status_heard_.reset();
   motion_heard_.reset();
@@ -161,6 +165,9 @@ void Cia402Drive::tick(Time now) noexcept {
       break;
     case DrivePhase::kEnabling:
       enable(now);
+      break;
+    case DrivePhase::kHoming:
+      home(now);
       break;
     case DrivePhase::kRunning:
       run(now);
@@ -208,7 +215,7 @@ void Cia402Drive::enable(Time now) noexcept {
   if (!start_ordered_) start_ordered_ = master_.order(Nmt::Command::kStart, node_);
   const bool in_mode = mode_ == mode_wanted();
   if (!silent_ && report_.state == State::kOperationEnabled && in_mode) {
-    report_.phase = DrivePhase::kRunning;
+    report_.phase = homing_.is_done() ? DrivePhase::kRunning : DrivePhase::kHoming;
     return;
   }
   if (now - *state_since_ > timeouts_.state) {
@@ -256,6 +263,26 @@ void Cia402Drive::start_where_it_is(Time now) noexcept {
   led_ = led;
 }
 
+/// In homing mode nothing moves until bit 4 is set; bit 12 tells whether the drive knows where it is.
+void Cia402Drive::home(Time now) noexcept {
+  if (report_.state != State::kOperationEnabled) {
+    homing_.begin();
+    report_.phase = DrivePhase::kEnabling;
+    return;
+  }
+  if (!silent_) homing_.tick(statusword_, now);
+  if (homing_.status() == Homing::Status::kNotHomed) fail(DriveFailure::kNotHomed);
+  if (homing_.status() == Homing::Status::kFailed) fail(DriveFailure::kHomingFailed);
+  if (homing_.is_done()) {
+    report_.phase = DrivePhase::kEnabling;  // on into the mode for set-points
+    state_since_ = now;
+  }
+  if (report_.phase != DrivePhase::kHoming) return;
+  const unsigned halt = held_ ? cia402::control_bit::kHalt : 0u;
+  say(static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | homing_.bits() | halt),
+      present_target(), now);
+}
+
 void Cia402Drive::run(Time now) noexcept {
   if (report_.state == State::kFault || report_.state == State::kFaultReactionActive) {
     fail(DriveFailure::kDriveFault);
@@ -288,6 +315,7 @@ void Cia402Drive::aim(std::int32_t target) noexcept {
 }
 
 void Cia402Drive::hold(bool hold) noexcept {
+  held_ = hold;
   std::visit([&](auto& points) { points.hold(hold, position_); }, set_points_);
 }
 
@@ -306,6 +334,7 @@ std::int32_t Cia402Drive::accepted() const noexcept {
 }
 
 std::int8_t Cia402Drive::mode_wanted() const noexcept {
+  if (!homing_.is_done()) return cia402::kHoming;
   return std::visit([](const auto& points) { return points.kMode; }, set_points_);
 }
 

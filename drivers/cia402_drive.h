@@ -8,6 +8,7 @@
 #include "drivers/canopen_master.h"
 #include "drivers/cyclic_set_points.h"
 #include "drivers/drive_setup.h"
+#include "drivers/homing.h"
 #include "drivers/profile_set_points.h"
 #include "hal/bus_codec.h"
 #include "hal/cia402.h"
@@ -27,6 +28,7 @@ enum class DrivePhase : std::uint8_t {
   kOrdering,  ///< to be sent to pre-operational
   kSettingUp,
   kEnabling,  ///< on its way to Operation enabled
+  kHoming,    ///< asked whether it knows where its joint is, or finding that out
   kRunning,
   kFailed,
 };
@@ -39,6 +41,8 @@ enum class DriveFailure : std::uint8_t {
   kStateTimedOut,        ///< did not follow towards Operation enabled
   kSetPointTimedOut,     ///< does not acknowledge set-points, or does not follow them
   kOutsideLimits,        ///< stands too far outside its limits to be led back cyclically
+  kNotHomed,             ///< does not know where its joint is, and may not find it out by itself
+  kHomingFailed,         ///< did not find that out
   kDriveFault,           ///< its state is Fault
   kEmergency,            ///< it sent an emergency message
   kGone,                 ///< its heartbeat stays away
@@ -96,6 +100,7 @@ class Cia402Drive {
   void set_up(Time now) noexcept;
   void enable(Time now) noexcept;
   void start_where_it_is(Time now) noexcept;
+  void home(Time now) noexcept;
   void run(Time now) noexcept;
   void tell_set_point(Time now) noexcept;
   hal::cia402::Command next_command(Time now) const noexcept;
@@ -124,6 +129,8 @@ class Cia402Drive {
   int fault_resets_ = 0;
   std::optional<Time> fault_edge_;
 
+  Homing homing_;
+  bool held_ = false;
   std::variant<ProfileSetPoints, CyclicSetPoints> set_points_;
   bool led_ = false;  ///< it is told set-points
 

@@ -40,9 +40,16 @@ void add_behaviour(const DriveNumbers& n, SetupTable& table) noexcept {
   table.add(object::kQuickStopDeceleration, n.quick_stop);
   table.add(object::kFollowingErrorWindow, n.following_window);
   table.add(object::kFollowingErrorTimeout, n.following_timeout_ms);
-  if (!n.cyclic) return;
-  table.add(object::kInterpolationPeriod, static_cast<std::uint32_t>(kSyncMs.count()));
-  table.add(object::kInterpolationExponent, 0xFD);  // 10^-3 s
+  if (n.cyclic) {
+    table.add(object::kInterpolationPeriod, static_cast<std::uint32_t>(kSyncMs.count()));
+    table.add(object::kInterpolationExponent, 0xFD);  // 10^-3 s
+  }
+  if (n.homing && n.homing->may_move) {
+    table.add(object::kHomingMethod, static_cast<std::uint8_t>(n.homing->method));
+    table.add(object::kHomingSearchSpeed, n.homing->search_speed);
+    table.add(object::kHomingZeroSpeed, n.homing->zero_speed);
+    table.add(object::kHomingAcceleration, n.homing->acceleration);
+  }
 }
 
 /// Switched off, mapped, and switched on again.

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
+#include "drivers/homing.h"
 #include "drivers/sdo_client.h"
 #include "hal/cia402.h"
 #include "hal/time.h"
@@ -20,6 +22,7 @@ struct DriveNumbers {
   std::uint32_t following_window = 0;      ///< following error that is a fault...
   std::uint16_t following_timeout_ms = 0;  ///< ...when it lasts this long
   bool cyclic = false;                     ///< cyclic synchronous position instead of profile position
+  std::optional<HomingNumbers> homing{};   ///< none: the drive knows where it is
   bool operator==(const DriveNumbers&) const = default;
 };
 
@@ -31,7 +34,7 @@ struct SetupEntry {
 /// The entries in their order; no heap.
 class SetupTable {
  public:
-  static constexpr std::size_t kMost = 38;
+  static constexpr std::size_t kMost = 42;
 
   void add(const hal::cia402::Object& object, std::uint32_t value) noexcept {
     entries_[count_++] = {object, value};

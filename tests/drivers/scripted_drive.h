@@ -34,6 +34,8 @@ class ScriptedDrive {
   bool mute_status = false, mute_position = false, mute_heartbeat = false, mute_sdo = false;
   bool never_acknowledges = false,  ///< set-points; nor follows cyclic ones
       knows_transition_16 = true, fault_is_permanent = false, stuck_switched_on = false;
+  bool homed = true, never_finds_home = false;
+  std::int32_t home_reads = 0;          ///< position, once it has found home after a second
   std::optional<Key> refuses, forgets;  ///< objects it aborts, or does not keep
   std::int32_t position = 0;            ///< [0.001 deg]
   State state = State::kDisabled;
@@ -48,6 +50,7 @@ class ScriptedDrive {
   std::vector<State> states;                 ///< each time it changed
   int sdo_requests = 0;
   bool operational = false, halted = false;
+  int homings = 0;  ///< begun
   std::int32_t target = 0;
 
   std::vector<hal::CanFrame> out;  ///< frames it sends
@@ -87,7 +90,8 @@ class ScriptedDrive {
   void tick(Time now) {
     const std::int32_t step = mode_ == kCyclic ? 1'000'000 : 200;  // 40 deg/s at 5 ms
     velocity_ = 0;
-    if (state == State::kEnabled && !halted) {
+    if (homing_ > 0 && !halted && --homing_ == 0) find_home();
+    if (state == State::kEnabled && !halted && mode_ != kHomingMode) {
       const std::int32_t move = std::clamp(target - position, -step, step);
       position += move;
       velocity_ = move * 200;
@@ -126,9 +130,11 @@ class ScriptedDrive {
     if (!mute_status && is_mapped(0x1800, 0x1A00, 0x60410010, 2)) {
       const std::uint16_t reached = position == target ? 0x0400 : 0;
       const bool follows = mode_ == kCyclic && state == State::kEnabled && !never_acknowledges;
-      const std::uint16_t acknowledged = acknowledges_ || follows ? 0x1000 : 0;
+      const bool attained = mode_ == kHomingMode && homed;
+      const std::uint16_t acknowledged = acknowledges_ || follows || attained ? 0x1000 : 0;
+      const std::uint16_t error = mode_ == kHomingMode && lost_home_ ? 0x2000 : 0;
       send(hal::bus::DriveStatus{.statusword = static_cast<std::uint16_t>(static_cast<int>(state) | reached |
-                                                                          acknowledged),
+                                                                          acknowledged | error),
                                  .mode = mode_}
                .pack(0x180u + node),
            now);
@@ -175,12 +181,29 @@ class ScriptedDrive {
       return;
     }
     const bool rising = (c.controlword & 0x10) != 0 && (before & 0x10) == 0;
+    if (mode_ == kHomingMode) {
+      look_for_home(rising);
+      return;
+    }
     if (state == State::kEnabled && rising) {
       set_points.push_back(said);
       if (never_acknowledges) return;
       target = set_points.back();
       acknowledges_ = true;
     }
+  }
+
+  void look_for_home(bool rising) {
+    if ((controlword_ & 0x10) == 0 || state != State::kEnabled) homing_ = 0;
+    if (!rising || state != State::kEnabled) return;
+    ++homings;
+    homing_ = 200;
+    lost_home_ = false;
+  }
+  void find_home() {
+    lost_home_ = never_finds_home;
+    homed = !never_finds_home;
+    if (homed) target = position = home_reads;
   }
 
   void follow(std::int32_t said) {
@@ -208,14 +231,15 @@ class ScriptedDrive {
     }
   }
 
-  static constexpr std::int8_t kCyclic = 8;
+  static constexpr std::int8_t kCyclic = 8, kHomingMode = 6;
 
   std::map<Key, std::uint8_t> sizes_;
   std::optional<hal::bus::DriveCommand> waiting_;  ///< for the next SYNC
   std::uint16_t controlword_ = 0;
   std::int8_t mode_ = 0;
   std::int32_t velocity_ = 0;
-  bool acknowledges_ = false;
+  bool acknowledges_ = false, lost_home_ = false;
+  int homing_ = 0;  ///< cycles left until it is at home
   Time heartbeat_at_{};
 };
 
