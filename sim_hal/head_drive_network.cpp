@@ -73,7 +73,9 @@ void HeadDrive::reboot() noexcept {
   enter(PowerState::kNotReadyToSwitchOn);
   error_code_ = 0;
   control_word_ = 0;
-  limited_ = halted_ = false;
+  limited_ = halted_ = homing_ = false;
+  homed_ = config_.homed;
+  datum_ = homed_ ? 0 : actual_;
   reset_communication();
 }
 
@@ -224,7 +226,7 @@ void HeadDrive::transmit_on_change() noexcept {
 void HeadDrive::refresh_objects() noexcept {
   objects_.set(0x6041, 0, status_word());
   objects_.set(0x6061, 0, objects_.get(0x6060));
-  objects_.set(0x6064, 0, std::llround(actual_));
+  objects_.set(0x6064, 0, std::llround(actual_ - datum_));
   objects_.set(0x606C, 0, std::llround(actual_velocity_));
   objects_.set(0x1001, 0, error_register_);
   objects_.set(0x603F, 0, error_code_);

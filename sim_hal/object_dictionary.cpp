@@ -35,7 +35,9 @@ bool supported(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
     case 0x605E:
       return value >= 0 && value <= 2;
     case 0x6060:
-      return value == 0 || value == 1 || value == 8;
+      return value == 0 || value == 1 || value == 6 || value == 8;
+    case 0x6098:
+      return (value >= 1 && value <= 30) || value == 37;
     case 0x60C2:
       return sub != 2 || value == -3;
     case 0x60A8:
@@ -158,7 +160,13 @@ void ObjectDictionary::add_profile() {
        .value = -3,
        .lowest = -128,
        .highest = 127});
-  add_unsigned(0x6502, 0, 4, kReadOnly, 0x81, 0, kU32);  // profile and cyclic synchronous position
+  add({.index = 0x6098, .bytes = 1, .is_signed = true, .value = 37, .lowest = -128, .highest = 127});
+  add_unsigned(0x6099, 0, 1, kReadOnly, 2, 0, kU8);
+  add_unsigned(0x6099, 1, 4, kReadWrite, 5000, 1, kU32);
+  add_unsigned(0x6099, 2, 4, kReadWrite, 1000, 1, kU32);
+  add_unsigned(0x609A, 0, 4, kReadWrite, 20000, 1, kU32);
+  add_unsigned(0x6502, 0, 4, kReadOnly, 0xA1, 0,
+               kU32);  // profile position, homing, cyclic synchronous position
 }
 
 ObjectDictionary ObjectDictionary::head_drive(std::uint8_t node) {

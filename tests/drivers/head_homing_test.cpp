@@ -30,7 +30,10 @@ class HeadHoming : public ::testing::TestWithParam<SetPointMode> {
   static HeadConfig moving() { return with(Policy::kMove, GetParam()); }
 };
 INSTANTIATE_TEST_SUITE_P(BothModes, HeadHoming,
-                         ::testing::Values(SetPointMode::kProfile, SetPointMode::kCyclic));
+                         ::testing::Values(SetPointMode::kProfile, SetPointMode::kCyclic),
+                         [](const auto& mode) {
+                           return mode.param == SetPointMode::kCyclic ? "Cyclic" : "Profile";
+                         });
 
 TEST_P(HeadHoming, OfDrivesThatKnowWhereTheyAreIsAskedAndNotDone) {
   for (const HeadConfig& config : {required(), moving()}) {

@@ -21,7 +21,8 @@ using hal::WalkState;
 
 class SimulatedRobot : public ::testing::Test {
  protected:
-  explicit SimulatedRobot(const HeadConfig& config = {}) : head(robot.bus(), config) {}
+  explicit SimulatedRobot(const HeadConfig& config = {}, const sim::RobotConfig& body = {})
+      : robot(body, Pose2{}), head(robot.bus(), config) {}
 
   void cycle() {
     now += sim::SimRobot::kPeriod;
@@ -112,7 +113,7 @@ class SimulatedRobot : public ::testing::Test {
         [=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
   }
 
-  sim::SimRobot robot{sim::RobotConfig{}, Pose2{}};
+  sim::SimRobot robot;
   Cia402Head head;
   CanWalker walker{robot.bus()};
   Time now{};
@@ -232,6 +233,45 @@ TEST_F(CyclicSimulatedRobot, ComesBackWithoutAJumpWhenADriveReboots) {
       },
       5));
   EXPECT_LT(worst, 1e-4);
+}
+
+/// The same robot, whose pan drive takes for zero where it was switched on.
+class UnhomedSimulatedRobot : public SimulatedRobot {
+ protected:
+  static HeadConfig config(HomingConfig::Policy policy) {
+    HeadConfig config;
+    config.homing.policy = policy;
+    config.homing.method = 17;
+    return config;
+  }
+  static sim::RobotConfig unhomed() {
+    sim::RobotConfig config;
+    config.pan.homed = false;
+    config.pan.start_angle = 0.2;
+    return config;
+  }
+  explicit UnhomedSimulatedRobot(HomingConfig::Policy policy = HomingConfig::Policy::kMove)
+      : SimulatedRobot(config(policy), unhomed()) {}
+};
+class UnhomedSimulatedRobotThatMayNotMove : public UnhomedSimulatedRobot {
+ protected:
+  UnhomedSimulatedRobotThatMayNotMove() : UnhomedSimulatedRobot(HomingConfig::Policy::kRequired) {}
+};
+
+TEST_F(UnhomedSimulatedRobot, IsHomedAndThenLooksWhereItIsTold) {
+  ASSERT_TRUE(ready(10));
+  EXPECT_NEAR(robot.head().pan, 0, 1e-3);
+  head.command({0.4, 0.3});
+  ASSERT_TRUE(until([&] { return !head.state().moving; }, 3));
+  EXPECT_NEAR(robot.head().pan, 0.4, 2e-3);
+}
+
+TEST_F(UnhomedSimulatedRobotThatMayNotMove, StandsStillInItsNamedState) {
+  ASSERT_TRUE(until([&] { return head.state().health == HeadHealth::kNotHomed; }, 3));
+  head.command({0.4, 0.3});
+  until([] { return false; }, 3);
+  EXPECT_EQ(head.state().health, HeadHealth::kNotHomed);
+  EXPECT_NEAR(robot.head().pan, 0.2, 1e-6);
 }
 
 TEST_F(SimulatedRobot, WalksTheStepsThatItsOrdersMean) {

@@ -196,6 +196,48 @@ TEST(HeadDriveMotion, GoesWhereItIsToldInTheTimeOfItsProfile) {
   EXPECT_NE(bench.drive.status_word() & 1 << 10, 0) << "target reached";
 }
 
+TEST(HeadDriveHoming, FindsItsSwitchWhenAskedAndReadsZeroThere) {
+  DriveBench bench({.start_angle = 0.3, .homed = false});
+  bench.set_up();
+  EXPECT_EQ(bench.write(0x6098, 0, 1, 33), kBadValue);
+  EXPECT_EQ(bench.write(0x6098, 0, 1, 17), 0U);
+  EXPECT_EQ(bench.read(0x6064).value, 0U) << "it takes where it was switched on for zero";
+  bench.mode = 6;
+  bench.enable();
+  bench.run(0.5);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0) << "does not know where it is";
+  EXPECT_NEAR(bench.drive.angle(), 0.3, 1e-9) << "and does not move until it is asked";
+  bench.order(0x1F, 0);
+  bench.run(1);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0) << "on its way";
+  bench.run(4);
+  EXPECT_NE(bench.drive.status_word() & 1 << 12, 0);
+  EXPECT_NE(bench.drive.status_word() & 1 << 10, 0);
+  EXPECT_NEAR(bench.drive.angle(), 0, 1e-4);
+  EXPECT_EQ(bench.read(0x6064).value, 0U);
+  bench.mode = 1;
+  bench.go_to(10000);
+  bench.run(2);
+  EXPECT_NEAR(bench.angle(), 10000, 60);
+}
+
+TEST(HeadDriveHoming, StopsWhenBit4IsTakenBackAndDoesNotKnow) {
+  DriveBench bench({.start_angle = 0.3, .homed = false});
+  bench.set_up();
+  bench.write(0x6098, 0, 1, 17);
+  bench.mode = 6;
+  bench.enable();
+  bench.order(0x1F, 0);
+  bench.run(1);
+  bench.order(0x0F, 0);
+  bench.run(1);
+  const double stands = bench.drive.angle();
+  EXPECT_GT(stands, 0.1);
+  bench.run(3);
+  EXPECT_EQ(bench.drive.angle(), stands);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0);
+}
+
 TEST(HeadDriveCyclic, IsWhereItIsToldWhenTheNextTargetComesAndStaysWithoutOne) {
   DriveBench bench({.lag = 0});
   bench.set_up();
