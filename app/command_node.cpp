@@ -8,8 +8,8 @@
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/finite_range.h"
-#include "app/frame_pipe.h"
 #include "app/interrupts.h"
+#include "app/node_pictures.h"
 #include "app/node_session.h"
 #include "app/world_map.h"
 #include "hal/clock.h"
@@ -23,7 +23,7 @@ struct Options {
   std::filesystem::path robot = default_robot_file(), world, left, right;
   std::string bus;
   std::uint64_t seed = 0;
-  double slower = 1;
+  double slower = 1, camera_delay = 20;
 };
 
 /// All that one bus has received goes out on the other.
@@ -32,32 +32,6 @@ void carry(hal::CanBus& from, hal::CanBus& to) {
   while (const std::size_t count = from.receive(frames))
     for (std::size_t i = 0; i < count; ++i) to.send(frames[i]);
 }
-
-/// The two eyes' pictures on their way out.
-class EyePipes {
- public:
-  EyePipes(const Options& options, hal::StereoCamera& camera) : camera_(camera) {
-    if (options.left.empty() && options.right.empty()) return;
-    left_ = std::make_unique<FramePipe>(options.left);
-    right_ = std::make_unique<FramePipe>(options.right);
-  }
-  void pump() {
-    const bool fresh = camera_.take_newest(frame_);
-    if (!left_) return;
-    if (fresh) {
-      left_->offer(frame_.left);
-      right_->offer(frame_.right);
-    }
-    left_->pump();
-    right_->pump();
-  }
-  std::uint64_t written() const { return left_ ? left_->written() : 0; }
-
- private:
-  hal::StereoCamera& camera_;
-  hal::StereoFrame frame_;
-  std::unique_ptr<FramePipe> left_, right_;
-};
 
 int run(const Options& options) {
   const Robot robot = read_robot(options.robot);
@@ -70,7 +44,15 @@ int run(const Options& options) {
   SimulatedRobotOptions simulated;
   simulated.seed = options.seed ? options.seed : world.seed;
   NodeSession node(robot, world, simulated, false, clock.now());
-  EyePipes eyes(options, *node.pair());
+  std::unique_ptr<NodePictures> pictures;
+  if (!options.left.empty()) {
+    sim::StereoCameraModel model = simulated_pair(robot.rig, simulated.seed);
+    model.transfer = seconds(options.camera_delay / 1000);
+    pictures = std::make_unique<NodePictures>(world, model, options.left, options.right, clock);
+    node.on_exposure([&](Time at, const Eigen::Isometry3d& map_from_left, const sim::WorldState& state) {
+      pictures->expose({at, map_from_left, state});
+    });
+  }
   const Interrupts interrupts;
   fmt::print("{} in {}, on {}{}\n", robot.name, world.name, options.bus,
              options.slower == 1 ? "" : fmt::format(", {:g} times slower than real", options.slower));
@@ -80,13 +62,14 @@ int run(const Options& options) {
     carry(*wire.bus, node.bus());
     node.catch_up(clock.now());
     carry(node.bus(), *wire.bus);
-    eyes.pump();
+    if (pictures && pictures->failed()) throw Error("pictures: " + pictures->failure());
     fallen = node.body().fallen();
     clock.sleep_until(clock.now() + seconds(0.001));
   }
   const Pose2 base = node.body().stance().base();
   fmt::print("stands at ({:.2f}, {:.2f}), {:.0f} deg; walked {:.2f} m; {} pairs of pictures handed over\n",
-             base.x, base.y, base.yaw * 180 / std::numbers::pi, node.body().path_walked(), eyes.written());
+             base.x, base.y, base.yaw * 180 / std::numbers::pi, node.body().path_walked(),
+             pictures ? pictures->written() : 0);
   if (const auto& hit = node.body().collision()) fmt::print("the {} touched {}\n", hit->part, hit->object);
   if (fallen) fmt::print("it fell\n");
   return fallen || node.body().collision() ? kNotReached : kSuccess;
@@ -106,6 +89,12 @@ void add_node(CLI::App& app, Run& run_command) {
   command->add_option("--left", options->left,
                       "Named pipe for the left camera's raw grey frames; made if need be");
   command->add_option("--right", options->right, "And for the right one's");
+  command
+      ->add_option("--camera-delay", options->camera_delay,
+                   "From the exposure to when a picture is handed over [ms]; 'run' needs to know it "
+                   "(neck: camera_time_offset_ms in its robot file)")
+      ->check(finite_in(0, 100))
+      ->capture_default_str();
   command->add_option("--seed", options->seed, "Seed of all noise; 0: the world's")
       ->check(seed_number())
       ->capture_default_str();

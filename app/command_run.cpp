@@ -14,6 +14,7 @@
 #include "app/interrupts.h"
 #include "app/live_session.h"
 #include "app/output_folder.h"
+#include "app/service_manager.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 #include "nav/cold_map_file.h"
@@ -63,20 +64,23 @@ void require_simulated(const Options& options) {
                   options.bus));
 }
 
-/// Says what has changed, a line each.
+/// Says what has changed, a line each, and every ten seconds where the robot is; the newest to the service
+/// manager too.
 class Log {
  public:
-  explicit Log(const hal::Clock& clock) : clock_(clock), begin_(clock.now()) {}
+  Log(const hal::Clock& clock, const ServiceManager& service)
+      : clock_(clock), service_(service), begin_(clock.now()) {}
 
   void see(const LiveStatus& status) {
     const auto now = std::tuple(status.state, status.head, status.walker);
-    if (said_ && now == known_) return;
+    if (said_ && now == known_ && status.stamp - said_at_ < kQuiet) return;
     const std::string reason = status.reason.data();
     say("{}{}{}; at ({:.2f}, {:.2f}); head {}, control computer {}", name(status.state),
         reason.empty() ? "" : ": ", reason, status.base.x, status.base.y, text_of(status.head),
         text_of(status.walker));
     known_ = now;
     said_ = true;
+    said_at_ = status.stamp;
   }
 
   template <class... Values>
@@ -85,11 +89,15 @@ class Log {
     const std::string line = fmt::format(text, std::forward<Values>(values)...);
     std::printf("%8.2f s  %s\n", to_seconds(clock_.now() - begin_), line.c_str());
     std::fflush(stdout);
+    service_.status(line);
   }
 
  private:
+  static constexpr Duration kQuiet = seconds(10);
+
   const hal::Clock& clock_;
-  Time begin_;
+  const ServiceManager& service_;
+  Time begin_, said_at_{};
   bool said_ = false;
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
 };
@@ -166,22 +174,29 @@ int run(Options options) {
   const auto camera = open_cameras(hardware, robot.rig, clock);
   runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
   LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
-  Log log(clock);
+  ServiceManager service;
+  Log log(clock, service);
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
   for (const std::string& refusal : {runtime::lock_memory(), adapter ? adapter->refusal() : std::string()})
     if (!refusal.empty()) log.say("{}; see docs/bring-up.md", refusal);
   session.start();
   if (!session.refusal().empty()) log.say("{}; see docs/bring-up.md", session.refusal());
+  service.ready();
   LiveStatus status;
-  std::optional<std::string> failure;
+  std::optional<std::string> failure, hanging;
   bool over = false;
   while (!over && !interrupts.asked() && !failure) {
     if (session.look(status)) log.see(status);
     over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
     failure = session.failure();
+    const bool hung = hanging.has_value();
+    hanging = session.hanging(clock.now());
+    if (hanging && !hung) log.say("{}", *hanging);
+    if (!hanging) service.alive(hal::MonotonicClock().now());
     if (adapter && adapter->ended()) failure = "the CAN adapter: " + adapter->failure();
     clock.sleep_until(clock.now() + seconds(0.02));
   }
+  service.stopping();
   if (interrupts.asked()) log.say("asked to end: comes to rest");
   const bool rests = session.stop();
   if (failure) log.say("a loop broke: {}", *failure);
@@ -193,6 +208,7 @@ int run(Options options) {
     fmt::print("{}\n", out->list());
   }
   if (failure) throw Error(*failure);
+  if (options.goal.empty() && interrupts.asked() && rests) return kSuccess;
   return session.mission().state() == runtime::MissionState::kArrived ? kSuccess : kNotReached;
 }
 

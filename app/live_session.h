@@ -55,6 +55,8 @@ class LiveSession {
   bool look(LiveStatus& into);
   std::optional<std::string> failure() const { return loops_.failure(); }
   std::string refusal() const { return loops_.refusal(); }
+  /// As LiveLoops::hanging().
+  std::optional<std::string> hanging(Time now) const { return loops_.hanging(now); }
 
   // Once stopped:
   const runtime::Mapper& mapper() const { return mapper_; }

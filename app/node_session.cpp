@@ -8,19 +8,15 @@ NodeSession::NodeSession(const Robot& robot, const sim::World& world, const Simu
                          bool range_mode, Time begin)
     : scene_(world), body_(simulated_robot(robot, options), world.start, begin) {
   clock_.set(begin);
-  make_cameras(robot, options.seed, range_mode);
+  if (range_mode) make_depth_camera(robot, options.seed);
   body_.on_exposure([this](Time t, const Eigen::Isometry3d& map_from_camera) {
-    if (pair_) pair_->expose(t, map_from_camera);
+    if (exposed_) exposed_(t, map_from_camera, scene_.state());
     if (depth_) depth_->expose(t, map_from_camera * depth_eyes_.left_from_view);
   });
   body_.on_touch([this](const sim::BodyBox& box, Time) { return touched(scene_, box); });
 }
 
-void NodeSession::make_cameras(const Robot& robot, std::uint64_t seed, bool range_mode) {
-  if (!range_mode) {
-    pair_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, simulated_pair(robot.rig, seed));
-    return;
-  }
+void NodeSession::make_depth_camera(const Robot& robot, std::uint64_t seed) {
   const vision::Rectifier rectifier(robot.rig);
   const auto model = simulated_depth(robot, rectifier.rig(), seed);
   depth_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model);

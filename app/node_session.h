@@ -2,13 +2,13 @@
 // it.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "app/robot_file.h"
 #include "app/simulated_robot.h"
 #include "sim_hal/robot.h"
 #include "sim_hal/scene.h"
-#include "sim_hal/sim_camera.h"
 #include "sim_hal/sim_depth_camera.h"
 #include "sim_hal/world.h"
 
@@ -16,18 +16,23 @@ namespace headway::app {
 
 class NodeSession {
  public:
-  /// Switched on at `begin`. `range_mode`: one camera that measures depth in place of two. Throws InputError
-  /// as simulated_pair does.
+  /// Mid-exposure of both cameras, the true pose of the left one (optical frame), and the world at that
+  /// moment.
+  using Exposed = std::function<void(Time, const Eigen::Isometry3d& map_from_left, const sim::WorldState&)>;
+
+  /// Switched on at `begin`. `range_mode`: with one camera that measures depth.
   NodeSession(const Robot& robot, const sim::World& world, const SimulatedRobotOptions& options,
               bool range_mode, Time begin);
+
+  /// Whom to tell of exposures, within catch_up().
+  void on_exposure(Exposed exposed) { exposed_ = std::move(exposed); }
 
   /// Moves world and robot on to `now`, in the simulator's periods.
   void catch_up(Time now);
 
   /// The vision computer's place on the robot's bus.
   hal::CanBus& bus() { return body_.bus(); }
-  hal::StereoCamera* pair() { return pair_.get(); }   ///< null in range mode
-  hal::DepthCamera* depth() { return depth_.get(); }  ///< null without
+  hal::DepthCamera* depth() { return depth_.get(); }  ///< null but in range mode
   /// What sees with that depth camera.
   const runtime::DepthEyes::Config& depth_eyes() const { return depth_eyes_; }
 
@@ -35,12 +40,12 @@ class NodeSession {
   const sim::SimRobot& body() const { return body_; }
 
  private:
-  void make_cameras(const Robot& robot, std::uint64_t seed, bool range_mode);
+  void make_depth_camera(const Robot& robot, std::uint64_t seed);
 
   hal::ManualClock clock_;  ///< the simulator's
   sim::Scene scene_;
   sim::SimRobot body_;
-  std::unique_ptr<sim::SimStereoCamera> pair_;
+  Exposed exposed_;
   std::unique_ptr<sim::SimDepthCamera> depth_;
   runtime::DepthEyes::Config depth_eyes_;
 };

@@ -47,6 +47,8 @@ Json step_row(const runtime::StepRecord& record) {
           {"dx_m", rounded(s.landing.x, 3)},
           {"dy_m", rounded(s.landing.y, 3)},
           {"dyaw_deg", rounded(s.landing.yaw * kDegrees, 2)},
+          {"seconds", rounded(to_seconds(s.duration), 3)},
+          {"clear_m", rounded(s.clear, 3)},
           {"frame_age_s", rounded(to_seconds(record.frame_age), 3)}};
 }
 

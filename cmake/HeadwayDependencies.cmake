@@ -25,6 +25,12 @@ add_library(headway_libusb INTERFACE)
 target_include_directories(headway_libusb SYSTEM INTERFACE ${LIBUSB_INCLUDE_DIR})
 target_link_libraries(headway_libusb INTERFACE ${LIBUSB_LIBRARY})
 
+find_path(SYSTEMD_INCLUDE_DIR systemd/sd-daemon.h REQUIRED)
+find_library(SYSTEMD_LIBRARY systemd REQUIRED)
+add_library(headway_systemd INTERFACE)
+target_include_directories(headway_systemd SYSTEM INTERFACE ${SYSTEMD_INCLUDE_DIR})
+target_link_libraries(headway_systemd INTERFACE ${SYSTEMD_LIBRARY})
+
 # libjpeg-turbo's own configuration also asks for libjpeg's files, which lie in a package that is not needed.
 find_path(TURBOJPEG_INCLUDE_DIR turbojpeg.h REQUIRED)
 find_library(TURBOJPEG_LIBRARY turbojpeg REQUIRED)

@@ -21,6 +21,10 @@ struct LiveConfig {
   Duration look_every = seconds(0.002);  ///< how often the frame loop looks for a new frame
   Duration rest_within =
       seconds(12);  ///< the bus loop goes on for so long at most to bring the robot to rest
+  // A loop that has not gone round for so long hangs. A camera that is opened again may take the frame loop
+  // several of the kernel's time-outs of 5 s each.
+  Duration bus_hangs = seconds(0.5);
+  Duration frames_hang = seconds(20);
 };
 
 /// Once started, `bus` and `frames` belong to the threads until stop() has returned.
@@ -40,6 +44,8 @@ class LiveLoops {
 
   /// A loop has ended by itself: for what reason. The robot is being brought to rest; call stop().
   std::optional<std::string> failure() const;
+  /// Which loop hangs, as of `now`, and for how long; nothing while both go round, or have been stopped.
+  std::optional<std::string> hanging(Time now) const;
   /// Why the bus loop does not run as urgently as it should; empty when it does.
   std::string refusal() const;
 
@@ -55,6 +61,7 @@ class LiveLoops {
   std::function<void()> updated_;
   std::unique_ptr<Thread> bus_thread_, frame_thread_;
   std::atomic<bool> at_rest_{true};
+  std::atomic<Time> bus_round_{Time{}}, frame_round_{Time{}};  ///< when each began its newest round
 };
 
 }  // namespace headway::runtime

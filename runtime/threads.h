@@ -16,12 +16,13 @@ struct ThreadKind {
   const char* does;
 };
 
-enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames };
+enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames, kPictures };
 
-inline constexpr std::array<ThreadKind, 3> kThreads{{
+inline constexpr std::array<ThreadKind, 4> kThreads{{
     {"headway-bus", 70, "the bus cycle: CAN in and out, head set-points, committed steps"},
     {"headway-adapter", 60, "what a CAN adapter on USB or a serial line needs: events, reopening"},
     {"headway-frames", 0, "the work between two frames: cameras, map, floor, plan"},
+    {"headway-picture", 0, "what the simulated robot's cameras see"},
 }};
 constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
 

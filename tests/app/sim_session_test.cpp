@@ -419,6 +419,10 @@ TEST(SimSessionSlow, ReportsStepsThatWereWalkedAndWhatTheyRestOn) {
   EXPECT_EQ(report["bus"]["unused"]["wrong_crc"], 0);
   const Pose2 last = session.steps().back().landing;
   EXPECT_LT((last.position() - session.goal().position).norm(), 0.2) << "the prints lead to the goal";
+  for (const Json& step : report["steps"]) {
+    EXPECT_EQ(step["clear_m"], 0) << "there is nothing to go over";
+    EXPECT_EQ(step["seconds"], 0.8);
+  }
 }
 
 TEST(SimSession, NeedsAGoalOnTheFloor) {

@@ -2,6 +2,7 @@
 #include "runtime/live_loops.h"
 
 #include <atomic>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@ namespace {
 class ShutEyes final : public Eyes {
  public:
   std::optional<FrameStamp> take() override {
+    while (hang) std::this_thread::yield();
     ++looks;
     return std::nullopt;
   }
@@ -21,6 +23,7 @@ class ShutEyes final : public Eyes {
   Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
   const std::string& fault() const override { return fault_; }
   std::atomic<int> looks{0};
+  std::atomic<bool> hang{false};
 
  private:
   vision::RangeView view_;
@@ -38,7 +41,7 @@ struct Bench {
   Mission mission{{}, mapper.floor().grid};
   BusLoop bus_loop{{.stance = hal::Stance::parallel({}, 0.19), .steps = {}}, bus, head, walker, links};
   FrameLoop frames{{}, eyes, mapper, mission, links, clock};
-  LiveLoops loops{{}, clock, bus_loop, frames, links};
+  LiveLoops loops{{.frames_hang = seconds(1)}, clock, bus_loop, frames, links};
 };
 
 TEST(LiveLoops, RunBothLoopsUntilTheyAreStopped) {
@@ -54,6 +57,28 @@ TEST(LiveLoops, RunBothLoopsUntilTheyAreStopped) {
   const auto cycles = bench.bus_loop.counters().cycles;
   EXPECT_TRUE(bench.loops.stop()) << "again";
   EXPECT_EQ(bench.bus_loop.counters().cycles, cycles);
+}
+
+TEST(LiveLoops, TellWhichOfThemHangs) {
+  Bench bench;
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now())) << "not started";
+  bench.eyes.hang = true;
+  bench.loops.start();
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now()));
+  const auto hanging_is = [&](bool expected) {
+    const Time give_up = bench.clock.now() + seconds(300);
+    auto hanging = bench.loops.hanging(bench.clock.now());
+    while (hanging.has_value() != expected && bench.clock.now() < give_up) {
+      bench.clock.sleep_until(bench.clock.now() + seconds(0.1));
+      hanging = bench.loops.hanging(bench.clock.now());
+    }
+    return hanging.value_or("");
+  };
+  EXPECT_EQ(hanging_is(true).substr(0, 37), "the frame loop has not gone round for");
+  bench.eyes.hang = false;
+  EXPECT_EQ(hanging_is(false), "");
+  bench.loops.stop();
+  EXPECT_FALSE(bench.loops.hanging(bench.clock.now() + seconds(60))) << "stopped";
 }
 
 TEST(LiveLoops, AreStoppedBeforeTheyWereStarted) {
