@@ -25,7 +25,7 @@ constexpr Pdo kRpdo1{object::kRpdo1Id, object::kRpdo1Type, object::kRpdo1Count},
     kTpdo1{object::kTpdo1Id, object::kTpdo1Type, object::kTpdo1Count},
     kTpdo2{object::kTpdo2Id, object::kTpdo2Type, object::kTpdo2Count};
 
-void add_behaviour(const DriveNumbers& n, SetupTable& table) noexcept {
+constexpr void add_behaviour(const DriveNumbers& n, SetupTable& table) noexcept {
   table.add(object::kProducerHeartbeat, static_cast<std::uint32_t>(kHeartbeatMs.count()));
   table.add(object::kConsumerHeartbeat, kWatchUs);
   table.add(object::kAbortConnectionOption, 3);  // quick stop when our heartbeat stays away
@@ -53,8 +53,8 @@ void add_behaviour(const DriveNumbers& n, SetupTable& table) noexcept {
 }
 
 /// Switched off, mapped, and switched on again.
-void add_pdo(const Pdo& pdo, std::uint32_t id, std::uint8_t type,
-             std::initializer_list<cia402::Object> mapped, SetupTable& table) noexcept {
+constexpr void add_pdo(const Pdo& pdo, std::uint32_t id, std::uint8_t type,
+                       std::initializer_list<cia402::Object> mapped, SetupTable& table) noexcept {
   table.add(pdo.id, id | cia402::kPdoOff);
   table.add(pdo.type, type);
   table.add(pdo.count, 0);
@@ -65,9 +65,7 @@ void add_pdo(const Pdo& pdo, std::uint32_t id, std::uint8_t type,
   table.add(pdo.id, id);
 }
 
-}  // namespace
-
-SetupTable setup_table(std::uint8_t node, const DriveNumbers& n) noexcept {
+constexpr SetupTable table_of(std::uint8_t node, const DriveNumbers& n) noexcept {
   SetupTable table;
   add_behaviour(n, table);
   // A cyclic target counts from the next SYNC on, for all joints alike.
@@ -79,6 +77,14 @@ SetupTable setup_table(std::uint8_t node, const DriveNumbers& n) noexcept {
           {object::kPosition, object::kVelocity}, table);
   return table;
 }
+
+/// An entry too many would not compile.
+constexpr DriveNumbers kFullest{.cyclic = true, .homing = HomingNumbers{.may_move = true}};
+static_assert(table_of(0x12, kFullest).size() == SetupTable::kMost);
+
+}  // namespace
+
+SetupTable setup_table(std::uint8_t node, const DriveNumbers& n) noexcept { return table_of(node, n); }
 
 void DriveSetup::begin() noexcept {
   next_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -31,15 +32,16 @@ struct SetupEntry {
   std::uint32_t value = 0;
 };
 
-/// The entries in their order; no heap.
+/// The entries in their order; no heap. The fullest table fits exactly.
 class SetupTable {
  public:
   static constexpr std::size_t kMost = 42;
 
-  void add(const hal::cia402::Object& object, std::uint32_t value) noexcept {
+  constexpr void add(const hal::cia402::Object& object, std::uint32_t value) noexcept {
+    assert(count_ < kMost);
     entries_[count_++] = {object, value};
   }
-  std::size_t size() const noexcept { return count_; }
+  constexpr std::size_t size() const noexcept { return count_; }
   const SetupEntry& operator[](std::size_t i) const noexcept { return entries_[i]; }
 
  private:
