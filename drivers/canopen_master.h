@@ -29,7 +29,9 @@ class CanopenMaster {
 
  private:
   hal::CanBus& bus_;
-  Cadence heartbeat_{hal::bus::Heartbeat::kCycle}, sync_{hal::bus::Sync::kCycle};
+  Cadence heartbeat_{hal::bus::Heartbeat::kCycle};
+  /// Cyclic targets are a full period's way apart: a late SYNC must not draw the next one near.
+  Cadence sync_{hal::bus::Sync::kCycle, hal::bus::Sync::kCycle / 8};
   bool has_just_synced_ = false;
 };
 

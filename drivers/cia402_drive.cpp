@@ -136,6 +136,7 @@ void Cia402Drive::begin() noexcept {
   silent_ = true;
   start_ordered_ = false;
   state_since_.reset();
+  was_enabled_ = false;
   fault_resets_ = 0;
   fault_edge_.reset();
   said_.reset();
@@ -173,12 +174,20 @@ void Cia402Drive::tick(Time now) noexcept {
       run(now);
       break;
     case DrivePhase::kFailed:
-      // One that can still hear is told to stand.
-      if (led_) {
-        hold(true);
-        tell_set_point(now);
-      }
+      stand(now);
       break;
+  }
+}
+
+/// One that can still hear is told to stand; one that looks for home even when it cannot be heard.
+void Cia402Drive::stand(Time now) noexcept {
+  if (led_) {
+    hold(true);
+    tell_set_point(now);
+  } else if (homing_.is_done() || report_.state != State::kOperationEnabled) {
+    return;
+  } else {
+    say(cia402::code_of(Command::kEnableOperation), present_target(), now);
   }
 }
 
@@ -213,9 +222,18 @@ void Cia402Drive::set_up(Time now) noexcept {
 
 void Cia402Drive::enable(Time now) noexcept {
   if (!start_ordered_) start_ordered_ = master_.order(Nmt::Command::kStart, node_);
+  if (was_enabled_ && is_at_fault()) {
+    fail(DriveFailure::kDriveFault);
+    return;
+  }
+  if (!silent_ && is_too_far_outside()) {
+    fail(DriveFailure::kOutsideLimits);
+    return;
+  }
   const bool in_mode = mode_ == mode_wanted();
   if (!silent_ && report_.state == State::kOperationEnabled && in_mode) {
     report_.phase = homing_.is_done() ? DrivePhase::kRunning : DrivePhase::kHoming;
+    was_enabled_ = true;
     return;
   }
   if (now - *state_since_ > timeouts_.state) {
@@ -224,10 +242,6 @@ void Cia402Drive::enable(Time now) noexcept {
   }
   // Nothing is switched on before it is known where the head is.
   if (silent_) return;
-  if (numbers_.cyclic && (position_ < numbers_.lower - kBeyond || position_ > numbers_.upper + kBeyond)) {
-    fail(DriveFailure::kOutsideLimits);
-    return;
-  }
   const std::uint16_t word =
       report_.state == State::kFault ? reset_fault(now) : cia402::code_of(next_command(now));
   if (!has_failed()) say(word, present_target(), now);
@@ -265,26 +279,33 @@ void Cia402Drive::start_where_it_is(Time now) noexcept {
 
 /// In homing mode nothing moves until bit 4 is set; bit 12 tells whether the drive knows where it is.
 void Cia402Drive::home(Time now) noexcept {
-  if (report_.state != State::kOperationEnabled) {
-    homing_.begin();
-    report_.phase = DrivePhase::kEnabling;
+  if (is_at_fault()) {
+    fail(DriveFailure::kDriveFault);
     return;
   }
-  if (!silent_) homing_.tick(statusword_, now);
+  if (report_.state != State::kOperationEnabled) {
+    if (homing_.status() == Homing::Status::kMoving) {
+      fail(DriveFailure::kHomingFailed);  // interrupted: it is not for the drive to begin again by itself
+    } else {
+      report_.phase = DrivePhase::kEnabling;
+    }
+    return;
+  }
+  homing_.tick(silent_ ? std::nullopt : std::optional(statusword_), held_, now);
   if (homing_.status() == Homing::Status::kNotHomed) fail(DriveFailure::kNotHomed);
   if (homing_.status() == Homing::Status::kFailed) fail(DriveFailure::kHomingFailed);
   if (homing_.is_done()) {
     report_.phase = DrivePhase::kEnabling;  // on into the mode for set-points
     state_since_ = now;
+    motion_heard_.reset();  // a position from before it was at home means nothing
   }
   if (report_.phase != DrivePhase::kHoming) return;
-  const unsigned halt = held_ ? cia402::control_bit::kHalt : 0u;
-  say(static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | homing_.bits() | halt),
+  say(static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | homing_.bits()),
       present_target(), now);
 }
 
 void Cia402Drive::run(Time now) noexcept {
-  if (report_.state == State::kFault || report_.state == State::kFaultReactionActive) {
+  if (is_at_fault()) {
     fail(DriveFailure::kDriveFault);
     return;
   }
@@ -338,13 +359,27 @@ std::int8_t Cia402Drive::mode_wanted() const noexcept {
   return std::visit([](const auto& points) { return points.kMode; }, set_points_);
 }
 
+bool Cia402Drive::is_at_fault() const noexcept {
+  return report_.state == State::kFault || report_.state == State::kFaultReactionActive;
+}
+
+/// A position means nothing before the drive is homed.
+bool Cia402Drive::is_too_far_outside() const noexcept {
+  return numbers_.cyclic && homing_.is_done() &&
+         (position_ < numbers_.lower - kBeyond || position_ > numbers_.upper + kBeyond);
+}
+
 /// What goes with the commands on the way to Operation enabled. A cyclic one is gone to at once.
 std::int32_t Cia402Drive::present_target() const noexcept {
   return numbers_.cyclic ? position_ : std::clamp(position_, numbers_.lower, numbers_.upper);
 }
 
-/// True when it went out.
+/// True when it went out. In homing mode bit 4 must rise again after a stop.
 bool Cia402Drive::say(std::uint16_t controlword, std::int32_t target, Time now) noexcept {
+  if (!homing_.is_done() && (held_ || silent_ || has_failed())) {
+    controlword = static_cast<std::uint16_t>((controlword & ~cia402::control_bit::kStartHoming) |
+                                             cia402::control_bit::kHalt);
+  }
   const DriveCommand command{.controlword = controlword, .mode = mode_wanted(), .target_deg = 0.001 * target};
   // In profile position a target alone is no news: the drive takes it only with bit 4 rising. A cyclic one is
   // for the next SYNC, and there is one for each.

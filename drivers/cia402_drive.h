@@ -85,7 +85,8 @@ class Cia402Drive {
   std::int32_t position() const noexcept { return position_; }
   std::int32_t velocity() const noexcept { return velocity_; }
   std::optional<Time> position_stamp() const noexcept { return motion_heard_; }
-  /// The set-point last acknowledged; the position until there is one.
+  /// The set-point last acknowledged or, in cyclic mode, the one the targets are on their way to; the
+  /// position until there is one.
   std::int32_t accepted() const noexcept;
 
  private:
@@ -102,6 +103,7 @@ class Cia402Drive {
   void start_where_it_is(Time now) noexcept;
   void home(Time now) noexcept;
   void run(Time now) noexcept;
+  void stand(Time now) noexcept;
   void tell_set_point(Time now) noexcept;
   hal::cia402::Command next_command(Time now) const noexcept;
   std::uint16_t reset_fault(Time now) noexcept;
@@ -109,7 +111,9 @@ class Cia402Drive {
   bool say(std::uint16_t controlword, std::int32_t target, Time now) noexcept;
   std::int32_t present_target() const noexcept;
   std::int8_t mode_wanted() const noexcept;
-  DriveSight sight() const noexcept { return {statusword_, position_}; }
+  bool is_too_far_outside() const noexcept;
+  bool is_at_fault() const noexcept;
+  DriveSight sight() const noexcept { return {statusword_, position_, silent_}; }
 
   CanopenMaster& master_;
   std::uint8_t node_;
@@ -126,6 +130,7 @@ class Cia402Drive {
   bool silent_ = true, start_ordered_ = false;
 
   std::optional<Time> state_since_;  ///< the drive has been in report_.state since
+  bool was_enabled_ = false;         ///< since it was begun: a fault after that is no old one
   int fault_resets_ = 0;
   std::optional<Time> fault_edge_;
 

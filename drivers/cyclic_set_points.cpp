@@ -12,12 +12,16 @@ std::int32_t rounded(double position) noexcept { return static_cast<std::int32_t
 }  // namespace
 
 void CyclicSetPoints::start(std::int32_t position, Time now) noexcept {
-  ramp_.stand(position);
-  next_ = ramp_;
+  stand(position);
   wanted_ = limits_.clamped(position);
-  wire_ = {std::min(limits_.lower, position), std::max(limits_.upper, position)};
   followed_ = now;
   settled_ = timed_out_ = false;
+}
+
+void CyclicSetPoints::stand(std::int32_t position) noexcept {
+  ramp_.stand(position);
+  next_ = ramp_;
+  wire_ = {std::min(limits_.lower, position), std::max(limits_.upper, position)};
 }
 
 void CyclicSetPoints::hold(bool hold, std::int32_t /*position*/) noexcept {
@@ -26,13 +30,17 @@ void CyclicSetPoints::hold(bool hold, std::int32_t /*position*/) noexcept {
 }
 
 void CyclicSetPoints::tick(const DriveSight& seen, Time now) noexcept {
-  if ((seen.statusword & hal::cia402::status_bit::kFollows) != 0) {
-    followed_ = now;
-    settled_ = true;
-  }
+  const bool follows = (seen.statusword & hal::cia402::status_bit::kFollows) != 0;
+  if (follows || seen.silent) followed_ = now;
   timed_out_ = now - followed_ > timeout_;
+  if (!follows) {
+    // A way made meanwhile would be a jump once it follows again.
+    stand(seen.position);
+    return;
+  }
+  settled_ = true;
   next_ = ramp_;
-  held_ ? next_.step_to_rest() : next_.step_towards(wanted_);
+  held_ || seen.silent ? next_.step_to_rest() : next_.step_towards(wanted_);
 }
 
 std::int32_t CyclicSetPoints::target() const noexcept { return wire_.clamped(rounded(next_.position())); }

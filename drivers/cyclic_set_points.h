@@ -26,6 +26,8 @@ class CyclicSetPoints {
   void aim(std::int32_t target) noexcept { wanted_ = limits_.clamped(target); }
   /// Brakes and stands as long as `hold`; afterwards it stays there until aimed again.
   void hold(bool hold, std::int32_t position) noexcept;
+  /// Goes on by a step. While the drive does not follow, the target is where it stands; while it is silent,
+  /// the target brakes and stands.
   void tick(const DriveSight& seen, Time now) noexcept;
 
   // What the drive is to be told now.
@@ -42,7 +44,9 @@ class CyclicSetPoints {
   std::int32_t accepted() const noexcept { return wanted_; }
 
  private:
-  PositionLimits limits_, wire_;  ///< wire_: as far as the joint was outside when it was started
+  void stand(std::int32_t position) noexcept;
+
+  PositionLimits limits_, wire_;  ///< wire_: as far as the joint was outside when it last stood by itself
   JointRamp ramp_, next_;         ///< as sent, and a step further
   Duration timeout_;
   Time followed_{};

@@ -6,17 +6,22 @@ namespace headway::drivers {
 
 namespace status_bit = hal::cia402::status_bit;
 
-void Homing::tick(std::uint16_t statusword, Time now) noexcept {
-  const bool attained = (statusword & status_bit::kHomingAttained) != 0;
+void Homing::tick(std::optional<std::uint16_t> statusword, bool paused, Time now) noexcept {
+  const auto says = [&](std::uint16_t bit) { return statusword && (*statusword & bit) != 0; };
+  if (!paused) spent_ += now - ticked_;
+  ticked_ = now;
   switch (status_) {
     case Status::kAsked:
-      status_ = attained ? Status::kDone : numbers_->may_move ? Status::kMoving : Status::kNotHomed;
-      began_ = now;
+      if (!statusword) break;
+      spent_ = Duration{};
+      status_ = says(status_bit::kHomingAttained) ? Status::kDone
+                : numbers_->may_move              ? Status::kMoving
+                                                  : Status::kNotHomed;
       break;
     case Status::kMoving:
-      if ((statusword & status_bit::kHomingError) != 0 || now - began_ > numbers_->longest)
+      if (says(status_bit::kHomingError) || spent_ > numbers_->longest)
         status_ = Status::kFailed;
-      else if (attained && (statusword & status_bit::kTargetReached) != 0)
+      else if (says(status_bit::kHomingAttained) && says(status_bit::kTargetReached))
         status_ = Status::kDone;
       break;
     case Status::kDone:

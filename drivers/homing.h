@@ -15,7 +15,7 @@ struct HomingNumbers {
   std::uint32_t search_speed = 0;  ///< for the switch
   std::uint32_t zero_speed = 0;    ///< for the zero
   std::uint32_t acceleration = 0;
-  Duration longest{};  ///< that it may take
+  Duration longest{};  ///< that it may take; the drive's silence counts
   bool operator==(const HomingNumbers&) const = default;
 };
 
@@ -29,8 +29,9 @@ class Homing {
 
   /// The drive has been switched on, or interrupted: what it knows is asked anew.
   void begin() noexcept { status_ = numbers_ ? Status::kAsked : Status::kDone; }
-  /// The drive is in homing mode, in Operation enabled, and says this.
-  void tick(std::uint16_t statusword, Time now) noexcept;
+  /// The drive is in homing mode, in Operation enabled, and says this, or nothing while it is silent. Time in
+  /// which it is `paused` for the other drive's sake is not its own.
+  void tick(std::optional<std::uint16_t> statusword, bool paused, Time now) noexcept;
 
   Status status() const noexcept { return status_; }
   bool is_done() const noexcept { return status_ == Status::kDone; }
@@ -40,7 +41,8 @@ class Homing {
  private:
   std::optional<HomingNumbers> numbers_;
   Status status_ = Status::kDone;
-  Time began_{};
+  Duration spent_{};  ///< on moving
+  Time ticked_{};
 };
 
 }  // namespace headway::drivers

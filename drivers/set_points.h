@@ -16,6 +16,7 @@ struct PositionLimits {
 struct DriveSight {
   std::uint16_t statusword = 0;
   std::int32_t position = 0;
+  bool silent = false;  ///< that is no longer how it is
 };
 
 }  // namespace headway::drivers

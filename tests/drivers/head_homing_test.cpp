@@ -92,7 +92,7 @@ TEST_P(HeadHoming, IsDoneWhereTheConfigurationSaysSoAndTheHeadStaysWhereThatEnds
   EXPECT_EQ((bench.pan.objects[{0x6099, 2}]), 1146u);
   EXPECT_EQ(bench.pan.position, 1500);
   EXPECT_EQ(bench.tilt.position, -20000);
-  EXPECT_EQ(bench.pan.largest_jump, 0);
+  EXPECT_EQ(bench.pan.largest_start, 0);
 }
 
 TEST_P(HeadHoming, ThatFindsNothingIsAFaultAndStopped) {
@@ -102,7 +102,7 @@ TEST_P(HeadHoming, ThatFindsNothingIsAFaultAndStopped) {
   ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(4)));
   EXPECT_EQ(bench.head.pan().failure, DriveFailure::kHomingFailed);
   bench.run(milliseconds(50));
-  EXPECT_EQ(bench.pan.controlwords.back() & 0x10, 0);
+  EXPECT_EQ(bench.pan.controlwords.back() & 0x110, 0x100) << "bit 4 was taken back, and it is halted";
 }
 
 TEST_P(HeadHoming, ThatTakesTooLongIsAFaultAndStopped) {
@@ -113,7 +113,97 @@ TEST_P(HeadHoming, ThatTakesTooLongIsAFaultAndStopped) {
   ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(3)));
   EXPECT_EQ(bench.head.pan().failure, DriveFailure::kHomingFailed);
   bench.run(seconds(2));
-  EXPECT_FALSE(bench.pan.homed) << "bit 4 was taken back";
+  EXPECT_FALSE(bench.pan.homed);
+  EXPECT_EQ(bench.pan.controlwords.back() & 0x110, 0x100) << "bit 4 was taken back, and it is halted";
+}
+
+TEST_P(HeadHoming, IsNotBegunAgainAfterADrivesFaultUntilTheHeadIsRecovered) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  bench.run(milliseconds(200));
+  bench.pan.fault();
+  bench.run(seconds(3));
+  EXPECT_EQ(bench.head.state().health, HeadHealth::kFault);
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kDriveFault);
+  EXPECT_EQ(bench.pan.state, testing::ScriptedDrive::State::kFault) << "nobody has reset it";
+  EXPECT_EQ(bench.pan.homings, 1);
+  bench.head.recover();
+  EXPECT_TRUE(bench.start());
+  EXPECT_EQ(bench.pan.homings, 2);
+}
+
+TEST_P(HeadHoming, IsNotBegunAgainAfterAQuickStopUntilTheHeadIsRecovered) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  bench.run(milliseconds(200));
+  bench.pan.quick_stop();
+  bench.run(seconds(3));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kHomingFailed);
+  EXPECT_EQ(bench.pan.homings, 1);
+  bench.head.recover();
+  EXPECT_TRUE(bench.start());
+}
+
+TEST_P(HeadHoming, EndsInTimeAndHaltedEvenWhenTheDriveIsNotHeard) {
+  HeadConfig config = moving();
+  config.homing.longest = seconds(0.9);
+  HeadBench bench(config);
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  bench.pan.mute_status = true;
+  bench.run(milliseconds(300));
+  EXPECT_TRUE(bench.pan.halted) << "while it is silent";
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(1)));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kHomingFailed);
+  bench.run(seconds(2));
+  EXPECT_FALSE(bench.pan.homed);
+  EXPECT_TRUE(bench.pan.halted);
+}
+
+TEST_P(HeadHoming, MayTakeItsTimeHoweverLongTheOtherDriveWasAtFault) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  ASSERT_TRUE(bench.run_until([&] { return bench.head.tilt().phase == DrivePhase::kRunning; }, seconds(1)));
+  bench.tilt.emergency(0x8611, bench.now);
+  bench.run(seconds(5));
+  ASSERT_EQ(bench.head.pan().phase, DrivePhase::kHoming);
+  bench.head.recover();
+  EXPECT_TRUE(bench.start());
+  EXPECT_TRUE(bench.pan.homed);
+}
+
+TEST(HeadHomingCyclic, BeginsWhateverADriveReadsThatDoesNotKnowWhereItIs) {
+  HeadBench bench(with(Policy::kMove, SetPointMode::kCyclic));
+  bench.pan.homed = false;
+  bench.pan.position = 1'000'000;
+  bench.pan.home_reads = 1500;
+  ASSERT_TRUE(bench.start());
+  EXPECT_EQ(bench.pan.homings, 1);
+  bench.run(seconds(0.5));
+  EXPECT_EQ(bench.pan.position, 1500);
+}
+
+TEST(HeadHomingCyclic, IsOfNoUseWhereHomeLiesFarOutsideTheLimits) {
+  HeadBench bench(with(Policy::kMove, SetPointMode::kCyclic));
+  bench.pan.homed = false;
+  bench.pan.home_reads = 50000;
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(5)));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kOutsideLimits);
+  EXPECT_TRUE(bench.pan.homed);
+}
+
+/// The two frames of one SYNC may come in two cycles of the bus loop.
+TEST(HeadHomingCyclic, TakesNoPositionFromBeforeItWasAtHome) {
+  HeadBench bench(with(Policy::kMove, SetPointMode::kCyclic));
+  bench.pan.homed = false;
+  bench.pan.position = 1'000'000;
+  bench.to_head = [&](hal::CanFrame& frame) {
+    return frame.id != 0x291 || !bench.pan.homed || bench.head.pan().phase != DrivePhase::kHoming;
+  };
+  EXPECT_TRUE(bench.start());
 }
 
 TEST_P(HeadHoming, HaltsWhileTheOtherDriveIsAtFault) {

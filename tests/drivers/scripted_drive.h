@@ -45,9 +45,10 @@ class ScriptedDrive {
   std::vector<Key> written;                  ///< in order
   std::vector<std::int32_t> set_points;      ///< taken on the rising edge of bit 4
   std::vector<std::int32_t> cyclic_targets;  ///< each that counted from a SYNC on
-  std::int32_t largest_jump = 0;             ///< of these from where it was
-  std::vector<std::uint16_t> controlwords;   ///< each time it changed
-  std::vector<State> states;                 ///< each time it changed
+  std::int32_t largest_start = 0;            ///< of the first of these, from where the joint was
+  std::int32_t largest_step = 0;            ///< of the others from the one before, for each period in between
+  std::vector<std::uint16_t> controlwords;  ///< each time it changed
+  std::vector<State> states;                ///< each time it changed
   int sdo_requests = 0;
   bool operational = false, halted = false;
   int homings = 0;  ///< begun
@@ -74,7 +75,9 @@ class ScriptedDrive {
     using namespace hal::bus;
     if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
       operational = nmt->command == Nmt::Command::kStart;
+      if (!operational) waiting_.reset();
     } else if (frame.id == Sync::kId) {
+      synced_at_ = now;
       if (waiting_) obey(*waiting_);
       waiting_.reset();
       report(now);
@@ -88,7 +91,8 @@ class ScriptedDrive {
   }
 
   void tick(Time now) {
-    const std::int32_t step = mode_ == kCyclic ? 1'000'000 : 200;  // 40 deg/s at 5 ms
+    const std::int32_t step = mode_ == kCyclic ? 300 : 200;  // 60 and 40 deg/s at 5 ms
+    if (never_acknowledges && mode_ == kCyclic) target = position;
     velocity_ = 0;
     if (homing_ > 0 && !halted && --homing_ == 0) find_home();
     if (state == State::kEnabled && !halted && mode_ != kHomingMode) {
@@ -115,8 +119,11 @@ class ScriptedDrive {
   void become(State next) {
     if (next == state) return;
     state = next;
+    follows_ = false;
+    brakes_ = 10;
     states.push_back(next);
     if (next == State::kEnabled) target = position;
+    homing_ = 0;
   }
 
   bool is_mapped(std::uint16_t communication, std::uint16_t mapping, std::uint32_t first,
@@ -127,6 +134,7 @@ class ScriptedDrive {
 
   void report(Time now) {
     if (!operational) return;
+    if (state == State::kQuickStop && brakes_ > 0) --brakes_;
     if (!mute_status && is_mapped(0x1800, 0x1A00, 0x60410010, 2)) {
       const std::uint16_t reached = position == target ? 0x0400 : 0;
       const bool follows = mode_ == kCyclic && state == State::kEnabled && !never_acknowledges;
@@ -207,10 +215,20 @@ class ScriptedDrive {
   }
 
   void follow(std::int32_t said) {
-    if (state != State::kEnabled) return;
+    if (state != State::kEnabled || never_acknowledges) {
+      follows_ = false;
+      return;
+    }
     cyclic_targets.push_back(said);
-    largest_jump = std::max(largest_jump, std::abs(said - position));
+    if (follows_) {
+      const auto periods = std::max(1L, std::lround(to_seconds(synced_at_ - target_at_) / 0.02));
+      largest_step = std::max(largest_step, std::abs(said - target) / static_cast<std::int32_t>(periods));
+    } else {
+      largest_start = std::max(largest_start, std::abs(said - position));
+    }
+    follows_ = true;
     target = said;
+    target_at_ = synced_at_;
   }
 
   void move_state(std::uint16_t before) {
@@ -227,7 +245,8 @@ class ScriptedDrive {
       if (state == State::kReady || state == State::kEnabled) become(State::kOn);  // 3, 5
     } else if ((w & 0x0F) == 0x0F) {
       const bool from_on = state == State::kOn && !stuck_switched_on;
-      if (from_on || (state == State::kQuickStop && knows_transition_16)) become(State::kEnabled);  // 4, 16
+      const bool from_stop = state == State::kQuickStop && knows_transition_16 && brakes_ == 0;
+      if (from_on || from_stop) become(State::kEnabled);  // 4, 16
     }
   }
 
@@ -239,6 +258,9 @@ class ScriptedDrive {
   std::int8_t mode_ = 0;
   std::int32_t velocity_ = 0;
   bool acknowledges_ = false, lost_home_ = false;
+  int brakes_ = 0;        ///< times that a quick stop is told before it may be left
+  bool follows_ = false;  ///< has taken a cyclic target, and may take the next
+  Time synced_at_{}, target_at_{};
   int homing_ = 0;  ///< cycles left until it is at home
   Time heartbeat_at_{};
 };
