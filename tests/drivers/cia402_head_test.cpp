@@ -352,6 +352,17 @@ TEST_F(RunningHead, SetsADriveUpAgainThatComesBackAfterItWasGone) {
   EXPECT_TRUE(bench.start());
 }
 
+TEST_F(RunningHead, FaultsWhenADriveFaultsInAQuickStopAndStaysSoUntilRecovered) {
+  bench.pan.quick_stop();
+  ASSERT_TRUE(bench.run_until([&] { return bench.head.pan().phase == DrivePhase::kEnabling; }, seconds(1)));
+  bench.pan.fault();
+  bench.run(seconds(2));
+  fault_and_check(DriveFailure::kDriveFault);
+  EXPECT_EQ(bench.pan.state, State::kFault) << "nobody has reset it";
+  bench.head.recover();
+  EXPECT_TRUE(bench.start());
+}
+
 TEST_F(RunningHead, FaultsOnAnEmergencyAndStaysSoUntilRecovered) {
   bench.pan.emergency(0x8611, bench.now);
   bench.cycle();

@@ -275,7 +275,7 @@ RC_GTEST_PROP(CyclicHeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
     if (percent() < 20) bench.head.recover();
   }
   for (ScriptedDrive* drive : {&bench.pan, &bench.tilt}) {
-    RC_ASSERT(drive->largest_start == 0);
+    RC_ASSERT(drive->largest_start <= kLargestStep);  // the targets before it may have got lost
     RC_ASSERT(drive->largest_step <= kLargestStep);
   }
   bench.to_head = bench.to_drives = [](hal::CanFrame&) { return true; };

@@ -162,6 +162,22 @@ TEST_P(HeadHoming, EndsInTimeAndHaltedEvenWhenTheDriveIsNotHeard) {
   EXPECT_TRUE(bench.pan.halted);
 }
 
+TEST_P(HeadHoming, ThatFailedIsHaltedByTheNextOrderThatArrivesEvenWhenTheDriveIsNotHeard) {
+  HeadConfig config = moving();
+  config.homing.longest = seconds(0.5);
+  HeadBench bench(config);
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  bench.pan.mute_status = true;
+  bench.to_drives = [](hal::CanFrame& frame) { return frame.id != 0x211; };
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(1)));
+  bench.to_drives = [](hal::CanFrame&) { return true; };
+  bench.run(milliseconds(200));
+  EXPECT_TRUE(bench.pan.halted);
+  bench.run(seconds(2));
+  EXPECT_FALSE(bench.pan.homed);
+}
+
 TEST_P(HeadHoming, MayTakeItsTimeHoweverLongTheOtherDriveWasAtFault) {
   HeadBench bench(moving());
   bench.pan.homed = false;
