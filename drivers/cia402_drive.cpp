@@ -184,9 +184,7 @@ void Cia402Drive::stand(Time now) noexcept {
   if (led_) {
     hold(true);
     tell_set_point(now);
-  } else if (homing_.is_done() || report_.state != State::kOperationEnabled) {
-    return;
-  } else {
+  } else if (!homing_.is_done() && report_.state == State::kOperationEnabled) {
     say(cia402::code_of(Command::kEnableOperation), present_target(), now);
   }
 }
