@@ -34,16 +34,6 @@ class RunningHead : public ::testing::Test {
 
 // --- starting ---
 
-TEST(DriveSetup, HasRoomForEverythingThatADriveCanBeTold) {
-  HeadConfig config;
-  config.set_points = SetPointMode::kCyclic;
-  config.homing.policy = HomingConfig::Policy::kMove;
-  config.homing.method = 17;
-  HeadBench bench(config);
-  ASSERT_TRUE(bench.start());
-  EXPECT_EQ(bench.pan.written.size(), SetupTable::kMost);
-}
-
 TEST(HeadStart, BeginsWithPreOperationalAndEndsReady) {
   HeadBench bench;
   EXPECT_EQ(bench.head.state().health, HeadHealth::kStarting);
