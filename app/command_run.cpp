@@ -102,6 +102,13 @@ class Log {
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
 };
 
+/// Our clock less the control computer's; nothing where that is not known.
+Json clock_of(const hal::Walker& walker) {
+  const auto clock = walker.clock();
+  if (!clock) return nullptr;
+  return {{"offset_s", to_seconds(clock->offset)}, {"uncertainty_s", to_seconds(clock->uncertainty)}};
+}
+
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
                const CanTransport& wire, bool rests) {
   const runtime::BusLoopCounters& bus = session.bus_loop().counters();
@@ -127,6 +134,7 @@ Json report_of(const Options& options, const Robot& robot, const LiveSession& se
             {"plans_taken", bus.plans_taken},
             {"plans_late", bus.plans_late},
             {"walks_ended_early", bus.stops}}},
+          {"control_clock", clock_of(session.walker())},
           {"can",
            {{"sent", can.sent},
             {"received", can.received},

@@ -1,6 +1,7 @@
 #include "app/examine_wires.h"
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
 
 #include <fmt/format.h>
@@ -111,6 +112,12 @@ std::string trouble_of(const drivers::DriveReport& drive) {
       return "does not come to Operation enabled";
     case drivers::DriveFailure::kSetPointTimedOut:
       return "does not acknowledge set-points";
+    case drivers::DriveFailure::kOutsideLimits:
+      return "stands outside its limits";
+    case drivers::DriveFailure::kNotHomed:
+      return "does not know where its joint is";
+    case drivers::DriveFailure::kHomingFailed:
+      return "did not find its home";
     case drivers::DriveFailure::kDriveFault:
       return "reports a fault";
     case drivers::DriveFailure::kEmergency:
@@ -132,6 +139,10 @@ void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveRepor
            drive.failure == drivers::DriveFailure::kSetupTimedOut ||
            drive.failure == drivers::DriveFailure::kGone)
     into.fail(what, found, "switch the head on; look at its node number and at the bit rate of its bus");
+  else if (drive.failure == drivers::DriveFailure::kNotHomed)
+    into.fail(what, found, "home it with its maker's tool, or see 'homing' in docs/bring-up.md");
+  else if (drive.failure == drivers::DriveFailure::kOutsideLimits)
+    into.fail(what, found, "turn the head inside by hand, or let it be led by profile ('set_points')");
   else
     into.fail(what, found, "its manual says what that means; docs/bus.md says what it must be able to do");
 }
@@ -160,7 +171,12 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
               fmt::format("{} with a wrong CRC, {} repeated, {} out of sequence, {} undeclared",
                           counts.wrong_crc, counts.repeated, counts.wrong_sequence, counts.undeclared),
               "both sides must mean the same config/can/headway.dbc; see 'headway can dump'");
-  if (walker.clock_is_synchronised())
+  if (const auto clock = walker.clock())
+    into.ok("clock",
+            fmt::format("is {:.3f} s {} ours, give or take {:.1f} ms", std::abs(to_seconds(clock->offset)),
+                        clock->offset < Duration{} ? "ahead of" : "behind",
+                        1e3 * to_seconds(clock->uncertainty)));
+  else if (walker.clock_is_synchronised())
     into.ok("clock", "heard");
   else
     into.warn("clock", "CTL_Time is not heard", "it must send CTL_Time every second (docs/bus.md)");
@@ -170,7 +186,10 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
 
 void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into) {
   Listening bus(wire);
-  const drivers::HeadConfig config = head_config(robot);
+  drivers::HeadConfig config = head_config(robot);
+  // Who examines the robot moves nothing.
+  using Policy = drivers::HomingConfig::Policy;
+  if (config.homing.policy == Policy::kMove) config.homing.policy = Policy::kRequired;
   if (const auto word = other_master(bus, clock)) {
     into.about("bus");
     into.fail("other master", *word + " is heard: another program commands this robot; nothing was sent",

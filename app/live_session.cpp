@@ -54,6 +54,8 @@ const char* text_of(hal::HeadHealth health) {
       return "ready";
     case hal::HeadHealth::kDegraded:
       return "degraded: its position stays away";
+    case hal::HeadHealth::kNotHomed:
+      return "not homed: a drive does not know where its joint is";
     case hal::HeadHealth::kFault:
       return "at fault";
   }

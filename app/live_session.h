@@ -63,6 +63,7 @@ class LiveSession {
   const runtime::Mission& mission() const { return mission_; }
   const runtime::FrameLoop& frame_loop() const { return frames_; }
   const runtime::BusLoop& bus_loop() const { return bus_loop_; }
+  const drivers::CanWalker& walker() const { return walker_; }
 
  private:
   void report();

@@ -22,6 +22,8 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, double frame_rate) {
 drivers::HeadConfig head_config(const Robot& robot) {
   drivers::HeadConfig config;
   config.limits = robot.mission.head;
+  config.set_points = robot.hardware.set_points;
+  config.homing = robot.hardware.homing;
   return config;
 }
 

@@ -228,8 +228,31 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
 }
 
+void read_homing(const Section& homing, drivers::HomingConfig& config) {
+  using Policy = drivers::HomingConfig::Policy;
+  const bool moves = homing.flag_or("move", false);
+  config.policy = moves ? Policy::kMove : Policy::kRequired;
+  if (!moves) return;
+  config.method = homing.integer("method", {-128, 127});
+  if (config.method == 0) homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
+  config.search_speed =
+      kDegree * homing.number_or("speed_deg_s", config.search_speed / kDegree, {0.1, 60, "deg/s"});
+  config.zero_speed =
+      kDegree * homing.number_or("zero_speed_deg_s", config.zero_speed / kDegree, {0.1, 60, "deg/s"});
+  config.acceleration =
+      kDegree * homing.number_or("acceleration_deg_s2", config.acceleration / kDegree, {1, 1000, "deg/s^2"});
+  config.longest = seconds(homing.number_or("longest_seconds", to_seconds(config.longest), {1, 600, "s"}));
+}
+
+void read_head(const Section& head, HardwareConfig& config) {
+  if (head.choice_or("set_points", "profile", {"profile", "cyclic"}) == "cyclic")
+    config.set_points = drivers::SetPointMode::kCyclic;
+  if (const auto homing = head.section_if("homing")) read_homing(*homing, config.homing);
+}
+
 void read_hardware(const Section& hardware, HardwareConfig& config) {
   config.bus = hardware.text_or("bus", config.bus);
+  if (const auto head = hardware.section_if("head")) read_head(*head, config);
   const auto cameras = hardware.section_if("cameras");
   if (!cameras) return;
   config.left = cameras->text_or("left", config.left);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/cia402_head.h"
 #include "hal/head_kinematics.h"
 #include "nav/levelling.h"
 #include "runtime/localisation.h"
@@ -29,14 +30,16 @@ struct SimulationConfig {
   double tilt_error = 0;             ///< of the head: true tilt, down, less the one reported [rad]
 };
 
-/// What `headway run` opens; the simulator needs none of it.
+/// What `headway run` opens; of it the simulator needs only how the head is led.
 struct HardwareConfig {
   std::string bus;          ///< see can_transport.h
   std::string left, right;  ///< the cameras' device files
   std::string format = "GREY";
-  double rate = 15;                ///< of the cameras [Hz]
-  std::optional<double> exposure;  ///< [s]; none: as the cameras choose
-  std::optional<int> gain;         ///< in the cameras' own numbers
+  double rate = 15;                                                    ///< of the cameras [Hz]
+  std::optional<double> exposure;                                      ///< [s]; none: as the cameras choose
+  std::optional<int> gain;                                             ///< in the cameras' own numbers
+  drivers::SetPointMode set_points = drivers::SetPointMode::kProfile;  ///< of the head's drives
+  drivers::HomingConfig homing;                                        ///< of the head's drives
 };
 
 struct Robot {

@@ -86,6 +86,7 @@ CanWalker::CanWalker(hal::CanBus& bus, const WalkerConfig& config) noexcept
       xy_checker_(bus::ChestXY::kDataId),
       rotation_checker_(bus::ChestZRot::kDataId),
       time_checker_(bus::ControlTime::kDataId),
+      clock_(config.clock),
       control_cadence_(config.control_cycle) {}
 
 // --- what comes in ---
@@ -118,7 +119,7 @@ void CanWalker::receive(const hal::CanFrame& frame) noexcept {
       }
       break;
     case bus::ControlTime::kId:
-      if (read<bus::ControlTime>(frame, time_checker_)) time_heard_ = frame.stamp;
+      if (const auto m = read<bus::ControlTime>(frame, time_checker_)) clock_.hear(m->ms, frame.stamp);
       break;
     default:
       break;
@@ -276,7 +277,8 @@ void CanWalker::judge(Time now) noexcept {
   // time-out.
   const bool status_fresh = fresh(status_heard_, config_.status_timeout);
   const bool chest_fresh = fresh(chest_heard_, config_.chest_timeout);
-  clock_fresh_ = fresh(time_heard_, config_.clock_timeout);
+  clock_fresh_ = clock_.is_heard(now);
+  clock_offset_ = clock_.offset(now);
 
   if (!status_heard_) {
     health_ = WalkerHealth::kStarting;

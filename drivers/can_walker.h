@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "drivers/cadence.h"
+#include "drivers/control_clock.h"
 #include "hal/bus_codec.h"
 #include "hal/bus_protection.h"
 #include "hal/can_bus.h"
@@ -18,7 +19,7 @@ namespace headway::drivers {
 struct WalkerConfig {
   Duration status_timeout = hal::bus::WalkStatus::kTimeout;  ///< then the walker is lost
   Duration chest_timeout = hal::bus::ChestXY::kTimeout;      ///< then there is no chest pose
-  Duration clock_timeout = hal::bus::ControlTime::kTimeout;  ///< then the clocks are not synchronised
+  ControlClockConfig clock;
   Duration step_repeat = hal::bus::StepCommand::kRepeat;
   Duration control_cycle = hal::bus::WalkControl::kCycle;
 };
@@ -54,6 +55,7 @@ class CanWalker final : public hal::Walker {
   hal::WalkStatus status() const noexcept override { return status_; }
   hal::WalkerHealth health() const noexcept override { return health_; }
   hal::ChestSample chest() const noexcept override { return chest_; }
+  std::optional<hal::ClockOffset> clock() const noexcept override { return clock_offset_; }
 
   /// Steps and orders handed over and not yet accepted.
   std::size_t unanswered() const noexcept { return queued_; }
@@ -83,7 +85,9 @@ class CanWalker final : public hal::Walker {
 
   hal::WalkStatus status_;
   hal::WalkerHealth health_ = hal::WalkerHealth::kStarting;
-  std::optional<Time> status_heard_, chest_heard_, time_heard_;
+  std::optional<Time> status_heard_, chest_heard_;
+  ControlClock clock_;
+  std::optional<hal::ClockOffset> clock_offset_;
   bool clock_fresh_ = false;
 
   hal::ChestSample chest_;

@@ -17,7 +17,8 @@ constexpr std::optional<hal::CanFrame> kSync = Sync{}.pack();
 
 void CanopenMaster::tick(Time now) noexcept {
   if (heartbeat_.is_due(now) && send(kHeartbeat)) heartbeat_.done(now);
-  if (sync_.is_due(now) && send(kSync)) sync_.done(now);
+  has_just_synced_ = sync_.is_due(now) && send(kSync);
+  if (has_just_synced_) sync_.done(now);
 }
 
 bool CanopenMaster::order(Nmt::Command command, std::uint8_t node) noexcept {

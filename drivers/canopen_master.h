@@ -20,6 +20,8 @@ class CanopenMaster {
 
   /// Sends the heartbeat and SYNC when they are due.
   void tick(Time now) noexcept;
+  /// SYNC went out at the last tick.
+  bool has_just_synced() const noexcept { return has_just_synced_; }
   /// Sends a network management order to one node; false when there was no room.
   bool order(hal::bus::Nmt::Command command, std::uint8_t node) noexcept;
   /// Sends any frame; false when there was no room or nothing to send.
@@ -27,7 +29,10 @@ class CanopenMaster {
 
  private:
   hal::CanBus& bus_;
-  Cadence heartbeat_{hal::bus::Heartbeat::kCycle}, sync_{hal::bus::Sync::kCycle};
+  Cadence heartbeat_{hal::bus::Heartbeat::kCycle};
+  /// Cyclic targets are a full period's way apart: a late SYNC must not draw the next one near.
+  Cadence sync_{hal::bus::Sync::kCycle, hal::bus::Sync::kCycle / 8};
+  bool has_just_synced_ = false;
 };
 
 /// One node's heartbeat as its master sees it.

@@ -17,12 +17,24 @@ using hal::cia402::State;
 namespace {
 
 constexpr int kFaultResets = 3;
-constexpr int kOffers = 3;
 /// Bit 7 acts on its rising edge: up for so long, then down for as long.
 constexpr Duration kEdge = std::chrono::milliseconds(100);
 
+/// A joint at its limit may be seen so far beyond it.
+constexpr std::int32_t kBeyond = 500;
+
 constexpr std::int32_t milli(double degrees) noexcept {
   return static_cast<std::int32_t>(degrees * 1000 + (degrees < 0 ? -0.5 : 0.5));
+}
+
+std::variant<ProfileSetPoints, CyclicSetPoints> set_points_of(const DriveNumbers& n, Duration timeout) {
+  const PositionLimits limits{n.lower, n.upper};
+  if (!n.cyclic) return ProfileSetPoints(limits, timeout);
+  return CyclicSetPoints(limits,
+                         {.velocity = static_cast<double>(n.velocity),
+                          .acceleration = static_cast<double>(n.acceleration),
+                          .period = to_seconds(hal::bus::Sync::kCycle)},
+                         timeout);
 }
 
 DriveFailure failure_of(DriveSetup::Status status) noexcept {
@@ -45,7 +57,9 @@ Cia402Drive::Cia402Drive(CanopenMaster& master, std::uint8_t node, const DriveNu
       numbers_(numbers),
       timeouts_(timeouts),
       setup_(master, node, numbers, timeouts.sdo),
-      heartbeat_(timeouts.heartbeat) {}
+      heartbeat_(timeouts.heartbeat),
+      homing_(numbers.homing),
+      set_points_(set_points_of(numbers, timeouts.set_point)) {}
 
 // --- what comes in ---
 
@@ -87,6 +101,7 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
       heartbeat_.hear(stamp);
       if (!operational) start_ordered_ = false;  // the order to start got lost, or has not arrived yet
       break;
+    case DrivePhase::kHoming:
     case DrivePhase::kRunning:
       heartbeat_.hear(stamp);
       if (!operational) begin();
@@ -103,7 +118,8 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
 void Cia402Drive::hear(const Emcy& emergency) noexcept {
   report_.emergency_code = emergency.code;
   // Before it runs, the drive may report what happened earlier; its state tells whether that still matters.
-  if (emergency.code != 0 && report_.phase == DrivePhase::kRunning) fail(DriveFailure::kEmergency);
+  const bool runs = report_.phase == DrivePhase::kRunning || report_.phase == DrivePhase::kHoming;
+  if (emergency.code != 0 && runs) fail(DriveFailure::kEmergency);
 }
 
 // --- phases ---
@@ -113,12 +129,14 @@ void Cia402Drive::begin() noexcept {
   report_.failure = DriveFailure::kNone;
   report_.abort_code = 0;
   setup_.begin();
+  homing_.begin();
   heartbeat_.forget();
   status_heard_.reset();
   motion_heard_.reset();
   silent_ = true;
   start_ordered_ = false;
   state_since_.reset();
+  was_enabled_ = false;
   fault_resets_ = 0;
   fault_edge_.reset();
   said_.reset();
@@ -138,6 +156,7 @@ void Cia402Drive::tick(Time now) noexcept {
             !motion_heard_ || now - *motion_heard_ > timeouts_.pdo;
   if (!has_failed() && heartbeat_.is_missing(now)) fail(DriveFailure::kGone);
   follow_state(now);
+  start_where_it_is(now);
   switch (report_.phase) {
     case DrivePhase::kOrdering:
       order_pre_operational();
@@ -148,15 +167,25 @@ void Cia402Drive::tick(Time now) noexcept {
     case DrivePhase::kEnabling:
       enable(now);
       break;
+    case DrivePhase::kHoming:
+      home(now);
+      break;
     case DrivePhase::kRunning:
       run(now);
       break;
     case DrivePhase::kFailed:
-      // One that can still hear is told to stand.
-      if (!silent_ && report_.state == State::kOperationEnabled) {
-        say(cia402::code_of(Command::kEnableOperation) | cia402::control_bit::kHalt, offered_, now);
-      }
+      stand(now);
       break;
+  }
+}
+
+/// One that can still hear is told to stand; one that looks for home even when it cannot be heard.
+void Cia402Drive::stand(Time now) noexcept {
+  if (led_) {
+    hold(true);
+    tell_set_point(now);
+  } else if (!homing_.is_done() && report_.state == State::kOperationEnabled) {
+    say(cia402::code_of(Command::kEnableOperation), present_target(), now);
   }
 }
 
@@ -191,9 +220,18 @@ void Cia402Drive::set_up(Time now) noexcept {
 
 void Cia402Drive::enable(Time now) noexcept {
   if (!start_ordered_) start_ordered_ = master_.order(Nmt::Command::kStart, node_);
-  const bool in_mode = mode_ == cia402::kProfilePosition;
+  if (was_enabled_ && is_at_fault()) {
+    fail(DriveFailure::kDriveFault);
+    return;
+  }
+  if (!silent_ && is_too_far_outside()) {
+    fail(DriveFailure::kOutsideLimits);
+    return;
+  }
+  const bool in_mode = mode_ == mode_wanted();
   if (!silent_ && report_.state == State::kOperationEnabled && in_mode) {
-    start_running(now);
+    report_.phase = homing_.is_done() ? DrivePhase::kRunning : DrivePhase::kHoming;
+    was_enabled_ = true;
     return;
   }
   if (now - *state_since_ > timeouts_.state) {
@@ -204,11 +242,11 @@ void Cia402Drive::enable(Time now) noexcept {
   if (silent_) return;
   const std::uint16_t word =
       report_.state == State::kFault ? reset_fault(now) : cia402::code_of(next_command(now));
-  if (!has_failed()) say(word, clamped(position_), now);
+  if (!has_failed()) say(word, present_target(), now);
 }
 
 Command Cia402Drive::next_command(Time now) const noexcept {
-  const bool in_mode = mode_ == cia402::kProfilePosition;
+  const bool in_mode = mode_ == mode_wanted();
   // The mode travels with each command; the drive must show it before it gets torque.
   if (report_.state == State::kSwitchedOn && !in_mode) return Command::kSwitchOn;
   if (report_.state == State::kOperationEnabled) return Command::kEnableOperation;
@@ -229,22 +267,43 @@ std::uint16_t Cia402Drive::reset_fault(Time now) noexcept {
   return now - *fault_edge_ < kEdge ? cia402::code_of(Command::kFaultReset) : std::uint16_t{0};
 }
 
-void Cia402Drive::start_running(Time now) noexcept {
-  report_.phase = DrivePhase::kRunning;
-  stay();
-  accepted_ = offered_ = wanted_;
-  unanswered_ = 0;
-  handshake_ = Handshake::kWithdrawing;  // an acknowledgement left over must go first
-  handshake_since_ = now;
+/// Set-points begin anew whenever nothing has led the drive for a while, however that came.
+void Cia402Drive::start_where_it_is(Time now) noexcept {
+  const bool stands_by_us = has_failed() && !silent_ && report_.state == State::kOperationEnabled;
+  const bool led = report_.phase == DrivePhase::kRunning || stands_by_us;
+  if (!led || !led_) std::visit([&](auto& points) { points.start(position_, now); }, set_points_);
+  led_ = led;
 }
 
-void Cia402Drive::stay() noexcept {
-  wanted_ = clamped(position_);
-  settling_ = true;
+/// In homing mode nothing moves until bit 4 is set; bit 12 tells whether the drive knows where it is.
+void Cia402Drive::home(Time now) noexcept {
+  if (is_at_fault()) {
+    fail(DriveFailure::kDriveFault);
+    return;
+  }
+  if (report_.state != State::kOperationEnabled) {
+    if (homing_.status() == Homing::Status::kMoving) {
+      fail(DriveFailure::kHomingFailed);  // interrupted: it is not for the drive to begin again by itself
+    } else {
+      report_.phase = DrivePhase::kEnabling;
+    }
+    return;
+  }
+  homing_.tick(silent_ ? std::nullopt : std::optional(statusword_), held_, now);
+  if (homing_.status() == Homing::Status::kNotHomed) fail(DriveFailure::kNotHomed);
+  if (homing_.status() == Homing::Status::kFailed) fail(DriveFailure::kHomingFailed);
+  if (homing_.is_done()) {
+    report_.phase = DrivePhase::kEnabling;  // on into the mode for set-points
+    state_since_ = now;
+    motion_heard_.reset();  // a position from before it was at home means nothing
+  }
+  if (report_.phase != DrivePhase::kHoming) return;
+  say(static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | homing_.bits()),
+      present_target(), now);
 }
 
 void Cia402Drive::run(Time now) noexcept {
-  if (report_.state == State::kFault || report_.state == State::kFaultReactionActive) {
+  if (is_at_fault()) {
     fail(DriveFailure::kDriveFault);
     return;
   }
@@ -252,77 +311,83 @@ void Cia402Drive::run(Time now) noexcept {
     report_.phase = DrivePhase::kEnabling;  // it quick-stopped or was switched off: up again, without a jump
     return;
   }
-  shake_hands(now);
-  if (has_failed()) return;
-  std::uint16_t word = cia402::code_of(Command::kEnableOperation);
-  if (handshake_ == Handshake::kOffered)
-    word |= cia402::control_bit::kNewSetPoint | cia402::control_bit::kChangeAtOnce;
-  if (held_) word |= cia402::control_bit::kHalt;
-  say(word, offered_, now);
+  tell_set_point(now);
+  if (std::visit([](auto& points) { return points.has_timed_out(); }, set_points_))
+    fail(DriveFailure::kSetPointTimedOut);
 }
 
 // --- set-points ---
 
-void Cia402Drive::shake_hands(Time now) noexcept {
-  const bool acknowledged = (statusword_ & cia402::status_bit::kSetPointAcknowledged) != 0;
-  if (handshake_ == Handshake::kOffered) {
-    await_acknowledgement(now);
-  } else if (handshake_ == Handshake::kWithdrawing && !acknowledged) {
-    handshake_ = Handshake::kIdle;
-  } else if (handshake_ == Handshake::kWithdrawing && now - handshake_since_ > timeouts_.set_point) {
-    fail(DriveFailure::kSetPointTimedOut);
-  }
-  const bool news = settling_ || wanted_ != accepted_;
-  if (handshake_ == Handshake::kIdle && news && !acknowledged && !held_) {
-    // Staying means where it is now, not where it was when it was told to.
-    if (settling_) wanted_ = clamped(position_);
-    offered_ = wanted_;
-    handshake_ = Handshake::kOffered;
-    handshake_since_ = now;
-  }
-}
-
-void Cia402Drive::await_acknowledgement(Time now) noexcept {
-  const bool acknowledged = (statusword_ & cia402::status_bit::kSetPointAcknowledged) != 0;
-  if (!acknowledged && now - handshake_since_ <= timeouts_.set_point) return;
-  handshake_ = Handshake::kWithdrawing;
-  handshake_since_ = now;
-  if (acknowledged) {
-    accepted_ = offered_;
-    settling_ = false;
-    unanswered_ = 0;
-  } else if (++unanswered_ >= kOffers) {
-    fail(DriveFailure::kSetPointTimedOut);
-  }
+void Cia402Drive::tell_set_point(Time now) noexcept {
+  std::visit(
+      [&](auto& points) {
+        points.tick(sight(), now);
+        const auto word =
+            static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | points.bits());
+        if (say(word, points.target(), now)) points.sent();
+      },
+      set_points_);
 }
 
 void Cia402Drive::aim(std::int32_t target) noexcept {
-  if (is_ready()) wanted_ = clamped(target);
+  if (is_ready()) std::visit([&](auto& points) { points.aim(target); }, set_points_);
 }
 
 void Cia402Drive::hold(bool hold) noexcept {
-  if (held_ && !hold) stay();
   held_ = hold;
+  std::visit([&](auto& points) { points.hold(hold, position_); }, set_points_);
+}
+
+bool Cia402Drive::is_ready() const noexcept {
+  return report_.phase == DrivePhase::kRunning &&
+         std::visit([](const auto& points) { return points.is_settled(); }, set_points_);
 }
 
 bool Cia402Drive::is_moving() const noexcept {
-  const bool reached = (statusword_ & cia402::status_bit::kTargetReached) != 0;
-  return report_.phase == DrivePhase::kRunning && (settling_ || wanted_ != accepted_ || !reached);
+  return report_.phase == DrivePhase::kRunning &&
+         std::visit([&](const auto& points) { return points.is_moving(sight()); }, set_points_);
 }
 
-std::int32_t Cia402Drive::clamped(std::int32_t target) const noexcept {
-  return std::clamp(target, numbers_.lower, numbers_.upper);
+std::int32_t Cia402Drive::accepted() const noexcept {
+  return std::visit([](const auto& points) { return points.accepted(); }, set_points_);
 }
 
-void Cia402Drive::say(std::uint16_t controlword, std::int32_t target, Time now) noexcept {
-  const DriveCommand command{
-      .controlword = controlword, .mode = cia402::kProfilePosition, .target_deg = 0.001 * target};
-  // A target alone is no news: the drive takes it only with bit 4 rising.
+std::int8_t Cia402Drive::mode_wanted() const noexcept {
+  if (!homing_.is_done()) return cia402::kHoming;
+  return std::visit([](const auto& points) { return points.kMode; }, set_points_);
+}
+
+bool Cia402Drive::is_at_fault() const noexcept {
+  return report_.state == State::kFault || report_.state == State::kFaultReactionActive;
+}
+
+/// A position means nothing before the drive is homed.
+bool Cia402Drive::is_too_far_outside() const noexcept {
+  return numbers_.cyclic && homing_.is_done() &&
+         (position_ < numbers_.lower - kBeyond || position_ > numbers_.upper + kBeyond);
+}
+
+/// What goes with the commands on the way to Operation enabled. A cyclic one is gone to at once.
+std::int32_t Cia402Drive::present_target() const noexcept {
+  return numbers_.cyclic ? position_ : std::clamp(position_, numbers_.lower, numbers_.upper);
+}
+
+/// True when it went out. In homing mode bit 4 must rise again after a stop.
+bool Cia402Drive::say(std::uint16_t controlword, std::int32_t target, Time now) noexcept {
+  if (!homing_.is_done() && (held_ || silent_ || has_failed())) {
+    controlword = static_cast<std::uint16_t>((controlword & ~cia402::control_bit::kStartHoming) |
+                                             cia402::control_bit::kHalt);
+  }
+  const DriveCommand command{.controlword = controlword, .mode = mode_wanted(), .target_deg = 0.001 * target};
+  // In profile position a target alone is no news: the drive takes it only with bit 4 rising. A cyclic one is
+  // for the next SYNC, and there is one for each.
   const bool changed = !said_ || said_->controlword != controlword;
-  if (!changed && now - said_at_ < DriveCommand::kCycle) return;
-  if (!master_.send(command.pack(cia402::kRpdo1Base + node_))) return;
+  const bool due =
+      numbers_.cyclic ? master_.has_just_synced() : changed || now - said_at_ >= DriveCommand::kCycle;
+  if (!due || !master_.send(command.pack(cia402::kRpdo1Base + node_))) return false;
   said_ = command;
   said_at_ = now;
+  return true;
 }
 
 }  // namespace headway::drivers

@@ -1,12 +1,15 @@
-// One drive of the head (CiA 402, profile position): set up, led to Operation enabled, given set-points,
-// watched.
+// One drive of the head (CiA 402): set up, led to Operation enabled, given set-points, watched.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <variant>
 
 #include "drivers/canopen_master.h"
+#include "drivers/cyclic_set_points.h"
 #include "drivers/drive_setup.h"
+#include "drivers/homing.h"
+#include "drivers/profile_set_points.h"
 #include "hal/bus_codec.h"
 #include "hal/cia402.h"
 #include "hal/time.h"
@@ -25,6 +28,7 @@ enum class DrivePhase : std::uint8_t {
   kOrdering,  ///< to be sent to pre-operational
   kSettingUp,
   kEnabling,  ///< on its way to Operation enabled
+  kHoming,    ///< asked whether it knows where its joint is, or finding that out
   kRunning,
   kFailed,
 };
@@ -35,7 +39,10 @@ enum class DriveFailure : std::uint8_t {
   kSetupRefused,         ///< an SDO abort; see abort_code
   kSetupReadsDifferent,  ///< an object did not keep its value
   kStateTimedOut,        ///< did not follow towards Operation enabled
-  kSetPointTimedOut,     ///< does not acknowledge set-points
+  kSetPointTimedOut,     ///< does not acknowledge set-points, or does not follow them
+  kOutsideLimits,        ///< stands too far outside its limits to be led back cyclically
+  kNotHomed,             ///< does not know where its joint is, and may not find it out by itself
+  kHomingFailed,         ///< did not find that out
   kDriveFault,           ///< its state is Fault
   kEmergency,            ///< it sent an emergency message
   kGone,                 ///< its heartbeat stays away
@@ -71,19 +78,18 @@ class Cia402Drive {
   const DriveReport& report() const noexcept { return report_; }
   bool has_failed() const noexcept { return report_.phase == DrivePhase::kFailed; }
   /// Running, and told to stay where it is.
-  bool is_ready() const noexcept { return report_.phase == DrivePhase::kRunning && !settling_; }
+  bool is_ready() const noexcept;
   /// Status or position stayed away (judged at the last tick).
   bool is_silent() const noexcept { return silent_; }
   bool is_moving() const noexcept;
   std::int32_t position() const noexcept { return position_; }
   std::int32_t velocity() const noexcept { return velocity_; }
   std::optional<Time> position_stamp() const noexcept { return motion_heard_; }
-  /// The set-point last acknowledged; the position until there is one.
-  std::int32_t accepted() const noexcept { return accepted_; }
+  /// The set-point last acknowledged or, in cyclic mode, the one the targets are on their way to; the
+  /// position until there is one.
+  std::int32_t accepted() const noexcept;
 
  private:
-  enum class Handshake : std::uint8_t { kIdle, kOffered, kWithdrawing };
-
   void hear(const hal::bus::DriveStatus& status, Time stamp) noexcept;
   void hear(const hal::bus::DriveMotion& motion, Time stamp) noexcept;
   void hear(const hal::bus::Heartbeat& heartbeat, Time stamp) noexcept;
@@ -94,16 +100,20 @@ class Cia402Drive {
   void order_pre_operational() noexcept;
   void set_up(Time now) noexcept;
   void enable(Time now) noexcept;
-  void start_running(Time now) noexcept;
+  void start_where_it_is(Time now) noexcept;
+  void home(Time now) noexcept;
   void run(Time now) noexcept;
-  void shake_hands(Time now) noexcept;
-  void await_acknowledgement(Time now) noexcept;
-  void stay() noexcept;
+  void stand(Time now) noexcept;
+  void tell_set_point(Time now) noexcept;
   hal::cia402::Command next_command(Time now) const noexcept;
   std::uint16_t reset_fault(Time now) noexcept;
   void follow_state(Time now) noexcept;
-  void say(std::uint16_t controlword, std::int32_t target, Time now) noexcept;
-  std::int32_t clamped(std::int32_t target) const noexcept;
+  bool say(std::uint16_t controlword, std::int32_t target, Time now) noexcept;
+  std::int32_t present_target() const noexcept;
+  std::int8_t mode_wanted() const noexcept;
+  bool is_too_far_outside() const noexcept;
+  bool is_at_fault() const noexcept;
+  DriveSight sight() const noexcept { return {statusword_, position_, silent_}; }
 
   CanopenMaster& master_;
   std::uint8_t node_;
@@ -120,15 +130,14 @@ class Cia402Drive {
   bool silent_ = true, start_ordered_ = false;
 
   std::optional<Time> state_since_;  ///< the drive has been in report_.state since
+  bool was_enabled_ = false;         ///< since it was begun: a fault after that is no old one
   int fault_resets_ = 0;
   std::optional<Time> fault_edge_;
 
-  Handshake handshake_ = Handshake::kIdle;
-  bool settling_ = false;  ///< the set-point "where it is" has not been acknowledged yet
+  Homing homing_;
   bool held_ = false;
-  int unanswered_ = 0;  ///< offers in a row
-  Time handshake_since_{};
-  std::int32_t wanted_ = 0, offered_ = 0, accepted_ = 0;
+  std::variant<ProfileSetPoints, CyclicSetPoints> set_points_;
+  bool led_ = false;  ///< it is told set-points
 
   std::optional<hal::bus::DriveCommand> said_;  ///< what the drive was last told
   Time said_at_{};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "hal/error.h"
@@ -23,10 +24,21 @@ std::int32_t to_milli_degrees(double radians) noexcept {
 }
 double to_radians(std::int32_t milli_degrees) noexcept { return milli_degrees / kMilliDegrees; }
 
+std::uint32_t unsigned_milli(double radians) noexcept {
+  return static_cast<std::uint32_t>(to_milli_degrees(radians));
+}
+
+std::optional<HomingNumbers> numbers_of(const HomingConfig& c) {
+  if (c.policy == HomingConfig::Policy::kNone) return std::nullopt;
+  return HomingNumbers{.may_move = c.policy == HomingConfig::Policy::kMove,
+                       .method = static_cast<std::int8_t>(c.method),
+                       .search_speed = unsigned_milli(c.search_speed),
+                       .zero_speed = unsigned_milli(c.zero_speed),
+                       .acceleration = unsigned_milli(c.acceleration),
+                       .longest = c.longest};
+}
+
 DriveNumbers numbers_of(const HeadConfig& c, double lower, double upper) {
-  const auto unsigned_milli = [](double radians) {
-    return static_cast<std::uint32_t>(to_milli_degrees(radians));
-  };
   return {.lower = static_cast<std::int32_t>(std::ceil(lower * kMilliDegrees - kSlack)),
           .upper = static_cast<std::int32_t>(std::floor(upper * kMilliDegrees + kSlack)),
           .velocity = unsigned_milli(c.limits.velocity),
@@ -34,7 +46,9 @@ DriveNumbers numbers_of(const HeadConfig& c, double lower, double upper) {
           .quick_stop = unsigned_milli(c.quick_stop_deceleration),
           .following_window = unsigned_milli(c.following_error),
           .following_timeout_ms =
-              static_cast<std::uint16_t>(c.following_error_time / std::chrono::milliseconds(1))};
+              static_cast<std::uint16_t>(c.following_error_time / std::chrono::milliseconds(1)),
+          .cyclic = c.set_points == SetPointMode::kCyclic,
+          .homing = numbers_of(c.homing)};
 }
 
 bool is_ours(std::uint8_t node) { return node == 0x11 || node == 0x12; }
@@ -68,6 +82,17 @@ void HeadConfig::validate() const {
           "following error, expected 0.0001 rad to one turn");
   require(following_error_time > Duration::zero() && following_error_time < std::chrono::seconds(60),
           "following error time, expected up to 60 s");
+  if (homing.policy != HomingConfig::Policy::kMove) return;
+  require(homing.method != 0 && homing.method >= -128 && homing.method <= 127,
+          "homing method, expected one of the drive's manual, -128..127 and not 0");
+  require(homing.search_speed > 1e-4 && homing.search_speed <= limits.velocity,
+          "homing's search speed, expected 0.0001 rad/s to the head's velocity");
+  require(homing.zero_speed > 1e-4 && homing.zero_speed <= limits.velocity,
+          "homing's zero speed, expected 0.0001 rad/s to the head's velocity");
+  require(homing.acceleration > 1e-3 && homing.acceleration < 1000,
+          "homing's acceleration, expected 0.001..1000 rad/s^2");
+  require(homing.longest > Duration::zero() && homing.longest <= std::chrono::minutes(10),
+          "homing's longest time, expected up to 10 minutes");
 }
 
 Cia402Head::Cia402Head(hal::CanBus& bus, const HeadConfig& config)
@@ -109,7 +134,13 @@ void Cia402Head::recover() noexcept {
 }
 
 HeadHealth Cia402Head::judge() const noexcept {
-  if (pan_.has_failed() || tilt_.has_failed()) return HeadHealth::kFault;
+  const auto unhomed = [](const Cia402Drive& drive) {
+    return drive.has_failed() && drive.report().failure == DriveFailure::kNotHomed;
+  };
+  const bool pan_fails = pan_.has_failed() && !unhomed(pan_),
+             tilt_fails = tilt_.has_failed() && !unhomed(tilt_);
+  if (pan_fails || tilt_fails) return HeadHealth::kFault;
+  if (unhomed(pan_) || unhomed(tilt_)) return HeadHealth::kNotHomed;
   if (!pan_.is_ready() || !tilt_.is_ready()) return HeadHealth::kStarting;
   if (pan_.is_silent() || tilt_.is_silent()) return HeadHealth::kDegraded;
   return HeadHealth::kReady;

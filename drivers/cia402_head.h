@@ -1,4 +1,4 @@
-// The head as two CANopen drives (CiA 402, profile position) for pan and tilt, on any hal::CanBus.
+// The head as two CANopen drives (CiA 402) for pan and tilt, on any hal::CanBus.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,29 @@
 
 namespace headway::drivers {
 
+/// How drives are told where to go: profile position, where each makes its own way and a late order jerks
+/// nothing, or cyclic synchronous position, a target with every SYNC.
+enum class SetPointMode : std::uint8_t { kProfile, kCyclic };
+
+/// What is done about drives that do not know where their joints are after power-on.
+struct HomingConfig {
+  enum class Policy : std::uint8_t {
+    kNone,      ///< they know, by absolute sensors, and are not asked
+    kRequired,  ///< they are asked; the head is not moved when one does not know (HeadHealth::kNotHomed)
+    kMove,      ///< such a drive finds it out by itself: it moves, beyond the limits if its method wants that
+  } policy = Policy::kNone;
+  int method = 0;                               ///< object 0x6098, as the drive's manual tells; for kMove
+  double search_speed = 0.1;                    ///< [rad/s]
+  double zero_speed = 0.02;                     ///< [rad/s]
+  double acceleration = 0.5;                    ///< [rad/s^2]
+  Duration longest = std::chrono::seconds(60);  ///< that it may take
+};
+
 struct HeadConfig {
   std::uint8_t pan_node = 0x11, tilt_node = 0x12;  ///< as in config/can/headway.dbc
   hal::HeadLimits limits;
+  SetPointMode set_points = SetPointMode::kProfile;
+  HomingConfig homing;
   double quick_stop_deceleration = 10;  ///< [rad/s^2]
   double following_error = 0.0873;      ///< the drive faults when it lags more than this [rad]...
   Duration following_error_time = std::chrono::milliseconds(100);  ///< ...for this long

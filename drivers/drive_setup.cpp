@@ -1,6 +1,7 @@
 #include "drivers/drive_setup.h"
 
 #include <chrono>
+#include <initializer_list>
 
 namespace headway::drivers {
 
@@ -15,59 +16,75 @@ static_assert(hal::bus::Heartbeat::kCycle == kHeartbeatMs);
 constexpr std::uint32_t kWatchUs = 0x0001012C;
 static_assert(hal::bus::Heartbeat::kTimeout == std::chrono::milliseconds(kWatchUs & 0xFFFF));
 
-/// Entry `n` (1, 2, ...) of the PDO mapping that begins with `count`.
-constexpr cia402::Object mapped(const cia402::Object& count, std::uint8_t n) noexcept {
-  return {count.index, n, 4};
+constexpr auto kSyncMs = std::chrono::duration_cast<std::chrono::milliseconds>(hal::bus::Sync::kCycle);
+
+struct Pdo {
+  cia402::Object id, type, count;
+};
+constexpr Pdo kRpdo1{object::kRpdo1Id, object::kRpdo1Type, object::kRpdo1Count},
+    kTpdo1{object::kTpdo1Id, object::kTpdo1Type, object::kTpdo1Count},
+    kTpdo2{object::kTpdo2Id, object::kTpdo2Type, object::kTpdo2Count};
+
+constexpr void add_behaviour(const DriveNumbers& n, SetupTable& table) noexcept {
+  table.add(object::kProducerHeartbeat, static_cast<std::uint32_t>(kHeartbeatMs.count()));
+  table.add(object::kConsumerHeartbeat, kWatchUs);
+  table.add(object::kAbortConnectionOption, 3);  // quick stop when our heartbeat stays away
+  table.add(object::kQuickStopOption, 6);        // on the quick-stop ramp, then hold
+  table.add(object::kFaultReactionOption, 2);    // the same ramp
+  table.add(object::kSiUnitPosition, cia402::kMilliDegree);
+  table.add(object::kPositionLimitLow, static_cast<std::uint32_t>(n.lower));
+  table.add(object::kPositionLimitHigh, static_cast<std::uint32_t>(n.upper));
+  table.add(object::kProfileVelocity, n.velocity);
+  table.add(object::kProfileAcceleration, n.acceleration);
+  table.add(object::kProfileDeceleration, n.acceleration);
+  table.add(object::kQuickStopDeceleration, n.quick_stop);
+  table.add(object::kFollowingErrorWindow, n.following_window);
+  table.add(object::kFollowingErrorTimeout, n.following_timeout_ms);
+  if (n.cyclic) {
+    table.add(object::kInterpolationPeriod, static_cast<std::uint32_t>(kSyncMs.count()));
+    table.add(object::kInterpolationExponent, 0xFD);  // 10^-3 s
+  }
+  if (n.homing && n.homing->may_move) {
+    table.add(object::kHomingMethod, static_cast<std::uint8_t>(n.homing->method));
+    table.add(object::kHomingSearchSpeed, n.homing->search_speed);
+    table.add(object::kHomingZeroSpeed, n.homing->zero_speed);
+    table.add(object::kHomingAcceleration, n.homing->acceleration);
+  }
 }
+
+/// Switched off, mapped, and switched on again.
+constexpr void add_pdo(const Pdo& pdo, std::uint32_t id, std::uint8_t type,
+                       std::initializer_list<cia402::Object> mapped, SetupTable& table) noexcept {
+  table.add(pdo.id, id | cia402::kPdoOff);
+  table.add(pdo.type, type);
+  table.add(pdo.count, 0);
+  std::uint8_t entry = 0;
+  for (const cia402::Object& object : mapped)
+    table.add({pdo.count.index, ++entry, 4}, cia402::mapping_of(object));
+  table.add(pdo.count, entry);
+  table.add(pdo.id, id);
+}
+
+constexpr SetupTable table_of(std::uint8_t node, const DriveNumbers& n) noexcept {
+  SetupTable table;
+  add_behaviour(n, table);
+  // A cyclic target counts from the next SYNC on, for all joints alike.
+  add_pdo(kRpdo1, cia402::kRpdo1Base + node, n.cyclic ? cia402::kOnEverySync : cia402::kAtOnce,
+          {object::kControlword, object::kMode, object::kTarget}, table);
+  add_pdo(kTpdo1, (cia402::kTpdo1Base + node) | cia402::kPdoNoRemote, cia402::kOnEverySync,
+          {object::kStatusword, object::kModeDisplay}, table);
+  add_pdo(kTpdo2, (cia402::kTpdo2Base + node) | cia402::kPdoNoRemote, cia402::kOnEverySync,
+          {object::kPosition, object::kVelocity}, table);
+  return table;
+}
+
+/// An entry too many would not compile.
+constexpr DriveNumbers kFullest{.cyclic = true, .homing = HomingNumbers{.may_move = true}};
+static_assert(table_of(0x12, kFullest).size() == SetupTable::kMost);
 
 }  // namespace
 
-SetupTable setup_table(std::uint8_t node, const DriveNumbers& n) noexcept {
-  const std::uint32_t rpdo1 = cia402::kRpdo1Base + node;
-  const std::uint32_t tpdo1 = (cia402::kTpdo1Base + node) | cia402::kPdoNoRemote;
-  const std::uint32_t tpdo2 = (cia402::kTpdo2Base + node) | cia402::kPdoNoRemote;
-  return {{
-      {object::kProducerHeartbeat, static_cast<std::uint32_t>(kHeartbeatMs.count())},
-      {object::kConsumerHeartbeat, kWatchUs},
-      {object::kAbortConnectionOption, 3},  // quick stop when our heartbeat stays away
-      {object::kQuickStopOption, 6},        // on the quick-stop ramp, then hold
-      {object::kFaultReactionOption, 2},    // the same ramp
-      {object::kSiUnitPosition, cia402::kMilliDegree},
-      {object::kPositionLimitLow, static_cast<std::uint32_t>(n.lower)},
-      {object::kPositionLimitHigh, static_cast<std::uint32_t>(n.upper)},
-      {object::kProfileVelocity, n.velocity},
-      {object::kProfileAcceleration, n.acceleration},
-      {object::kProfileDeceleration, n.acceleration},
-      {object::kQuickStopDeceleration, n.quick_stop},
-      {object::kFollowingErrorWindow, n.following_window},
-      {object::kFollowingErrorTimeout, n.following_timeout_ms},
-
-      {object::kRpdo1Id, rpdo1 | cia402::kPdoOff},
-      {object::kRpdo1Type, cia402::kAtOnce},
-      {object::kRpdo1Count, 0},
-      {mapped(object::kRpdo1Count, 1), cia402::mapping_of(object::kControlword)},
-      {mapped(object::kRpdo1Count, 2), cia402::mapping_of(object::kMode)},
-      {mapped(object::kRpdo1Count, 3), cia402::mapping_of(object::kTarget)},
-      {object::kRpdo1Count, 3},
-      {object::kRpdo1Id, rpdo1},
-
-      {object::kTpdo1Id, tpdo1 | cia402::kPdoOff},
-      {object::kTpdo1Type, cia402::kOnEverySync},
-      {object::kTpdo1Count, 0},
-      {mapped(object::kTpdo1Count, 1), cia402::mapping_of(object::kStatusword)},
-      {mapped(object::kTpdo1Count, 2), cia402::mapping_of(object::kModeDisplay)},
-      {object::kTpdo1Count, 2},
-      {object::kTpdo1Id, tpdo1},
-
-      {object::kTpdo2Id, tpdo2 | cia402::kPdoOff},
-      {object::kTpdo2Type, cia402::kOnEverySync},
-      {object::kTpdo2Count, 0},
-      {mapped(object::kTpdo2Count, 1), cia402::mapping_of(object::kPosition)},
-      {mapped(object::kTpdo2Count, 2), cia402::mapping_of(object::kVelocity)},
-      {object::kTpdo2Count, 2},
-      {object::kTpdo2Id, tpdo2},
-  }};
-}
+SetupTable setup_table(std::uint8_t node, const DriveNumbers& n) noexcept { return table_of(node, n); }
 
 void DriveSetup::begin() noexcept {
   next_ = 0;

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cassert>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 
+#include "drivers/homing.h"
 #include "drivers/sdo_client.h"
 #include "hal/cia402.h"
 #include "hal/time.h"
@@ -18,6 +22,8 @@ struct DriveNumbers {
   std::uint32_t quick_stop = 0;            ///< quick-stop deceleration
   std::uint32_t following_window = 0;      ///< following error that is a fault...
   std::uint16_t following_timeout_ms = 0;  ///< ...when it lasts this long
+  bool cyclic = false;                     ///< cyclic synchronous position instead of profile position
+  std::optional<HomingNumbers> homing{};   ///< none: the drive knows where it is
   bool operator==(const DriveNumbers&) const = default;
 };
 
@@ -25,8 +31,23 @@ struct SetupEntry {
   hal::cia402::Object object;
   std::uint32_t value = 0;
 };
-inline constexpr std::size_t kSetupEntries = 36;
-using SetupTable = std::array<SetupEntry, kSetupEntries>;
+
+/// The entries in their order; no heap. The fullest table fits exactly.
+class SetupTable {
+ public:
+  static constexpr std::size_t kMost = 42;
+
+  constexpr void add(const hal::cia402::Object& object, std::uint32_t value) noexcept {
+    assert(count_ < kMost);
+    entries_[count_++] = {object, value};
+  }
+  constexpr std::size_t size() const noexcept { return count_; }
+  const SetupEntry& operator[](std::size_t i) const noexcept { return entries_[i]; }
+
+ private:
+  std::array<SetupEntry, kMost> entries_{};
+  std::size_t count_ = 0;
+};
 
 /// The set-up of docs/bus.md in the order it must be written: heartbeats, stop options, profile, then each
 /// PDO switched off, mapped and switched on again.

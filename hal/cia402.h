@@ -156,12 +156,16 @@ inline constexpr std::uint16_t kTargetReached = 1 << 10;
 inline constexpr std::uint16_t kInternalLimit = 1 << 11;
 inline constexpr std::uint16_t kSetPointAcknowledged = 1 << 12;  ///< profile position mode
 inline constexpr std::uint16_t kFollowingError = 1 << 13;        ///< profile position mode
+inline constexpr std::uint16_t kFollows = 1 << 12;               ///< cyclic synchronous position mode
+inline constexpr std::uint16_t kHomingAttained = 1 << 12;        ///< homing mode
+inline constexpr std::uint16_t kHomingError = 1 << 13;           ///< homing mode
 }  // namespace status_bit
 
 namespace control_bit {
 inline constexpr std::uint16_t kNewSetPoint = 1 << 4;   ///< profile position mode
 inline constexpr std::uint16_t kChangeAtOnce = 1 << 5;  ///< profile position mode
 inline constexpr std::uint16_t kRelative = 1 << 6;      ///< profile position mode
+inline constexpr std::uint16_t kStartHoming = 1 << 4;   ///< homing mode
 inline constexpr std::uint16_t kFaultReset = 1 << 7;
 inline constexpr std::uint16_t kHalt = 1 << 8;
 }  // namespace control_bit
@@ -214,11 +218,19 @@ inline constexpr Object kProfileVelocity{0x6081, 0, 4};
 inline constexpr Object kProfileAcceleration{0x6083, 0, 4};
 inline constexpr Object kProfileDeceleration{0x6084, 0, 4};
 inline constexpr Object kQuickStopDeceleration{0x6085, 0, 4};
+inline constexpr Object kHomingMethod{0x6098, 0, 1};
+inline constexpr Object kHomingSearchSpeed{0x6099, 1, 4};
+inline constexpr Object kHomingZeroSpeed{0x6099, 2, 4};
+inline constexpr Object kHomingAcceleration{0x609A, 0, 4};
 inline constexpr Object kSiUnitPosition{0x60A8, 0, 4};
+inline constexpr Object kInterpolationPeriod{0x60C2, 1, 1};  ///< in units of 10^exponent s
+inline constexpr Object kInterpolationExponent{0x60C2, 2, 1};
 }  // namespace object
 
 inline constexpr std::uint32_t kMilliDegree = 0xFD410000;  ///< CiA 303-2: prefix 10^-3, unit degree
 inline constexpr std::int8_t kProfilePosition = 1;         ///< mode of operation
+inline constexpr std::int8_t kHoming = 6;                  ///< mode of operation
+inline constexpr std::int8_t kCyclicPosition = 8;          ///< mode of operation
 inline constexpr std::uint32_t kPdoOff = 0x80000000;       ///< in a PDO's COB-id
 inline constexpr std::uint32_t kPdoNoRemote = 0x40000000;  ///< in a TPDO's COB-id
 inline constexpr std::uint8_t kOnEverySync = 1;            ///< PDO transmission type

@@ -24,6 +24,7 @@ enum class HeadHealth : std::uint8_t {
   kStarting,  ///< drives are being set up; not moved yet
   kReady,     ///< follows commands
   kDegraded,  ///< a status or position has stayed away; the pose is not known
+  kNotHomed,  ///< a drive does not know where its joint is; not moved
   kFault,     ///< a drive reports a fault, is gone, or refused its set-up
 };
 

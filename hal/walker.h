@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "hal/can_bus.h"
+#include "hal/clock_offset.h"
 #include "hal/footstep.h"
 #include "hal/time.h"
 #include "hal/walk_order.h"
@@ -82,6 +83,8 @@ class Walker : public BusNode {
   virtual WalkerHealth health() const noexcept = 0;
   /// The newest complete chest pose; its stamp tells whether it is new.
   virtual ChestSample chest() const noexcept = 0;
+  /// The control computer's clock, as of the last tick; nothing while it is not known.
+  virtual std::optional<ClockOffset> clock() const noexcept { return std::nullopt; }
 };
 
 }  // namespace headway::hal

@@ -147,6 +147,7 @@ void BusLoop::report(Time now) noexcept {
   report.head = head_.state();
   report.walk = walker_.status();
   report.walker = walker_.health();
+  report.control_clock = walker_.clock();
   report.committed = stack_.committed();
   report.last_stop = last_stop_;
   report.last_reject = last_reject_;

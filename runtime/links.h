@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "hal/exchange.h"
 #include "hal/head.h"
@@ -16,6 +17,7 @@ struct BusReport {
   hal::HeadState head;
   hal::WalkStatus walk;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
+  std::optional<hal::ClockOffset> control_clock;  ///< nothing while it is not known
   nav::Committed committed;
   // Of the walk before this one:
   nav::StackStop last_stop = nav::StackStop::kNone;      ///< why it ended early

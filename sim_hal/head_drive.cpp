@@ -41,7 +41,9 @@ HeadDrive::HeadDrive(const HeadDriveConfig& config, hal::CanBus& bus, Time power
       boots_at_(power_on + config.boot_time),
       profile_(config.start_angle / kRadians),
       demand_(config.start_angle / kRadians),
-      actual_(demand_) {}
+      actual_(demand_),
+      datum_(config.homed ? 0 : actual_),
+      homed_(config.homed) {}
 
 double HeadDrive::angle() const { return actual_ * kRadians; }
 double HeadDrive::velocity() const { return actual_velocity_ * kRadians; }
@@ -49,6 +51,15 @@ double HeadDrive::velocity() const { return actual_velocity_ * kRadians; }
 bool HeadDrive::has_torque() const {
   return power_ == PowerState::kOperationEnabled || power_ == PowerState::kQuickStopActive ||
          power_ == PowerState::kFaultReactionActive;
+}
+
+/// Cyclic synchronous position is what it is led by.
+bool HeadDrive::is_cyclic() const {
+  return power_ == PowerState::kOperationEnabled && objects_.get(0x6060) == 8;
+}
+
+bool HeadDrive::is_homing_mode() const {
+  return power_ == PowerState::kOperationEnabled && objects_.get(0x6060) == 6;
 }
 
 bool HeadDrive::moving() const { return to_seconds(now_ - profile_start_) < profile_.duration(); }
@@ -61,6 +72,7 @@ void HeadDrive::move_to(Time now) noexcept {
     move_joint(to_seconds(step));
     watch_following_error(to_seconds(step));
     watch_target(to_seconds(step));
+    finish_homing();
     finish_stops();
   }
 }
@@ -72,7 +84,14 @@ void HeadDrive::move_joint(double passed) noexcept {
     return;
   }
   const double before = demand_;
-  const Trapezoid::State wanted = profile_.at(to_seconds(now_ - profile_start_));
+  Trapezoid::State wanted = profile_.at(to_seconds(now_ - profile_start_));
+  if (is_cyclic()) {
+    // Evenly, so that it is there when the next target comes; without one it stays.
+    const double period = static_cast<double>(objects_.get(0x60C2, 1)) * 1e-3;
+    const double part = std::min(to_seconds(now_ - profile_start_) / period, 1.0);
+    const double way = static_cast<double>(target_) - cyclic_from_;
+    wanted = {cyclic_from_ + part * way, part < 1 ? way / period : 0};
+  }
   demand_ = wanted.position;
   demand_velocity_ = wanted.velocity;
   if (stalled_) {
@@ -128,7 +147,12 @@ void HeadDrive::obey(std::uint16_t control_word) noexcept {
     enter(PowerState::kSwitchOnDisabled);
   }
   if ((control_word & kFaultReset) == 0) change_power(control_word);
-  take_set_point(control_word);
+  if (is_cyclic())
+    take_cyclic_target();
+  else if (is_homing_mode())
+    take_homing_order(control_word);
+  else
+    take_set_point(control_word);
   control_word_ = control_word;
 }
 
@@ -159,12 +183,13 @@ void HeadDrive::enter(PowerState state) noexcept {
   }
   if (state == PowerState::kOperationEnabled) {
     target_ = std::llround(profile_.end());
+    cyclic_from_ = static_cast<double>(target_);
     halted_ = false;
     far_for_ = 0;
   }
   power_ = state;
   next_target_.reset();
-  acknowledged_ = false;
+  acknowledged_ = homing_ = false;
 }
 
 void HeadDrive::quick_stop() noexcept {
@@ -182,12 +207,14 @@ void HeadDrive::take_set_point(std::uint16_t word) noexcept {
   if (power_ != PowerState::kOperationEnabled) return;
   const unsigned rising = word & ~static_cast<unsigned>(control_word_);
   if ((word & kHalt) != 0 && !halted_) stop_motion(0x6084);
-  if ((word & kHalt) == 0 && halted_) start_motion(target_);
+  if ((word & kHalt) == 0 && halted_) start_motion(std::llround(static_cast<double>(target_) - datum_));
   halted_ = (word & kHalt) != 0;
 
   if ((word & kNewSetPoint) == 0 && !next_target_) acknowledged_ = false;
   if ((rising & kNewSetPoint) == 0 || acknowledged_ || objects_.get(0x6060) != 1) return;
-  const std::int64_t target = objects_.get(0x607A) + ((word & kRelative) != 0 ? target_ : 0);
+  const std::int64_t target =
+      objects_.get(0x607A) +
+      ((word & kRelative) != 0 ? std::llround(static_cast<double>(target_) - datum_) : 0);
   if ((word & kAtOnce) != 0 || !moving()) {
     start_motion(target);
   } else {
@@ -196,10 +223,53 @@ void HeadDrive::take_set_point(std::uint16_t word) noexcept {
   acknowledged_ = true;
 }
 
-void HeadDrive::start_motion(std::int64_t target) noexcept {
+/// Bit 4 starts and keeps it going. Method 37 takes the place where it stands for zero; the others go to a
+/// switch, which is at the true zero.
+void HeadDrive::take_homing_order(std::uint16_t word) noexcept {
+  const unsigned rising = word & ~static_cast<unsigned>(control_word_);
+  const bool goes = (word & kNewSetPoint) != 0 && (word & kHalt) == 0;
+  if (homing_ && !goes) {
+    homing_ = false;
+    stop_motion(0x609A);
+  }
+  if ((rising & kNewSetPoint) == 0 || !goes) return;
+  homed_ = false;
+  homing_ = true;
+  if (objects_.get(0x6098) == 37) datum_ = actual_;
+  target_ = std::llround(datum_);
+  if (objects_.get(0x6098) != 37) target_ = 0;
+  const auto number = [this](std::uint16_t index, std::uint8_t sub) {
+    return static_cast<double>(objects_.get(index, sub));
+  };
+  profile_ = Trapezoid::move({demand_, demand_velocity_}, static_cast<double>(target_), number(0x6099, 1),
+                             number(0x609A, 0), number(0x609A, 0));
+  profile_start_ = now_;
+}
+
+void HeadDrive::finish_homing() noexcept {
+  if (!homing_ || moving() || std::abs(static_cast<double>(target_) - actual_) > 1) return;
+  datum_ = static_cast<double>(target_);
+  homed_ = true;
+  homing_ = false;
+}
+
+void HeadDrive::take_cyclic_target() noexcept {
+  target_ = std::llround(static_cast<double>(limited(objects_.get(0x607A))) + datum_);
+  cyclic_from_ = demand_;
+  profile_ = Trapezoid(demand_);  // what other modes would go on from
+  profile_start_ = now_;
+}
+
+/// Within the software position limits; bit 11 of the statusword tells when those were met.
+std::int64_t HeadDrive::limited(std::int64_t target) noexcept {
   const std::int64_t low = objects_.get(0x607D, 1), high = objects_.get(0x607D, 2);
-  target_ = low < high ? std::clamp(target, low, high) : target;
-  limited_ = target_ != target;
+  const std::int64_t within = low < high ? std::clamp(target, low, high) : target;
+  limited_ = within != target;
+  return within;
+}
+
+void HeadDrive::start_motion(std::int64_t target) noexcept {
+  target_ = std::llround(static_cast<double>(limited(target)) + datum_);
   reached_for_ = 0;
   const auto number = [this](std::uint16_t index) { return static_cast<double>(objects_.get(index)); };
   profile_ = Trapezoid::move({demand_, demand_velocity_}, static_cast<double>(target_), number(0x6081),
@@ -273,7 +343,8 @@ std::uint16_t HeadDrive::status_word() const {
                                : !moving() && reached_for_ * 1e3 >= static_cast<double>(objects_.get(0x6068));
   if (has_torque() && reached) word |= 1U << 10;
   if (limited_) word |= 1U << 11;
-  if (acknowledged_) word |= 1U << 12;
+  const bool knows_home = is_homing_mode() && homed_;
+  if (acknowledged_ || is_cyclic() || knows_home) word |= 1U << 12;  // or: it follows, it is homed
   if (has_torque() && std::abs(demand_ - actual_) > static_cast<double>(objects_.get(0x6065)))
     word |= 1U << 13;
   return static_cast<std::uint16_t>(word);

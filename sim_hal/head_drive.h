@@ -1,7 +1,7 @@
 // A joint of the head as a CiA 402 drive on a CANopen network (CiA 301), written from the standards and
 // independent of the master in drivers/: NMT slave, SDO server (expedited), heartbeat producer and consumer,
-// PDOs with a mapping that must be set up, power state machine, profile position. Angles positive as in
-// hal::HeadAngles.
+// PDOs with a mapping that must be set up, power state machine, profile and cyclic synchronous position,
+// homing. Angles positive as in hal::HeadAngles.
 #pragma once
 
 #include <array>
@@ -18,6 +18,7 @@ struct HeadDriveConfig {
   std::uint8_t node = 0x11;
   double start_angle = 0;              ///< [rad]
   double lag = 0.008;                  ///< time constant with which the joint follows the drive's profile [s]
+  bool homed = true;                   ///< else it takes for zero where it is switched on, until it is homed
   Duration boot_time = seconds(0.05);  ///< from power-on or reset to the boot-up message
 
   void validate() const;
@@ -93,7 +94,13 @@ class HeadDrive final : public hal::BusNode {
   void obey(std::uint16_t control_word) noexcept;
   void change_power(std::uint16_t control_word) noexcept;
   void take_set_point(std::uint16_t control_word) noexcept;
+  void take_cyclic_target() noexcept;
   void start_motion(std::int64_t target) noexcept;
+  std::int64_t limited(std::int64_t target) noexcept;
+  bool is_cyclic() const;
+  bool is_homing_mode() const;
+  void take_homing_order(std::uint16_t control_word) noexcept;
+  void finish_homing() noexcept;
   void stop_motion(std::uint16_t deceleration_object) noexcept;
   void quick_stop() noexcept;
   void enter(PowerState state) noexcept;
@@ -116,13 +123,17 @@ class HeadDrive final : public hal::BusNode {
   std::optional<Time> master_heard_;
   bool master_lost_ = false;
   std::array<int, 2> syncs_{};
+  std::optional<hal::CanFrame> waits_for_sync_;  ///< a synchronous RPDO
   std::array<hal::CanFrame, 2> last_sent_{};
 
   PowerState power_ = PowerState::kNotReadyToSwitchOn;
   std::uint16_t control_word_ = 0;
   Trapezoid profile_;
   Time profile_start_{};
+  double cyclic_from_ = 0;  ///< where the demand was when the last cyclic target came
   double demand_ = 0, demand_velocity_ = 0, actual_ = 0, actual_velocity_ = 0;
+  double datum_ = 0;  ///< true position where it reads zero
+  bool homed_ = true, homing_ = false;
   std::int64_t target_ = 0;
   std::optional<std::int64_t> next_target_;
   bool acknowledged_ = false, limited_ = false, halted_ = false;

@@ -36,8 +36,15 @@ void HeadDrive::receive(const hal::CanFrame& frame) noexcept {
   }
   if (frame.id == kSdoRequest + config_.node && nmt_ != NmtState::kStopped) answer_sdo(frame);
   if (nmt_ != NmtState::kOperational) return;
-  if (frame.id == kSync) transmit_on_sync();
-  if (frame.id == static_cast<std::uint32_t>(objects_.get(0x1400, 1) & 0x800007ff)) take_receive_pdo(frame);
+  if (frame.id == kSync) {
+    transmit_on_sync();
+    if (waits_for_sync_) take_receive_pdo(*std::exchange(waits_for_sync_, std::nullopt));
+  }
+  if (frame.id != static_cast<std::uint32_t>(objects_.get(0x1400, 1) & 0x800007ff)) return;
+  if (objects_.get(0x1400, 2) <= 240)
+    waits_for_sync_ = frame;
+  else
+    take_receive_pdo(frame);
 }
 
 void HeadDrive::tick(Time now) noexcept {
@@ -66,7 +73,9 @@ void HeadDrive::reboot() noexcept {
   enter(PowerState::kNotReadyToSwitchOn);
   error_code_ = 0;
   control_word_ = 0;
-  limited_ = halted_ = false;
+  limited_ = halted_ = homing_ = false;
+  homed_ = config_.homed;
+  datum_ = homed_ ? 0 : actual_;
   reset_communication();
 }
 
@@ -78,6 +87,7 @@ void HeadDrive::reset_communication() noexcept {
   master_lost_ = false;
   error_register_ = error_code_ == 0 ? 0 : error_register_;
   syncs_ = {};
+  waits_for_sync_.reset();
 }
 
 void HeadDrive::obey_network(const hal::CanFrame& frame) noexcept {
@@ -216,7 +226,7 @@ void HeadDrive::transmit_on_change() noexcept {
 void HeadDrive::refresh_objects() noexcept {
   objects_.set(0x6041, 0, status_word());
   objects_.set(0x6061, 0, objects_.get(0x6060));
-  objects_.set(0x6064, 0, std::llround(actual_));
+  objects_.set(0x6064, 0, std::llround(actual_ - datum_));
   objects_.set(0x606C, 0, std::llround(actual_velocity_));
   objects_.set(0x1001, 0, error_register_);
   objects_.set(0x603F, 0, error_code_);

@@ -34,6 +34,12 @@ bool supported(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
       return value == 0 || value == 1 || value == 2 || value == 5 || value == 6;
     case 0x605E:
       return value >= 0 && value <= 2;
+    case 0x6060:
+      return value == 0 || value == 1 || value == 6 || value == 8;
+    case 0x6098:
+      return (value >= 1 && value <= 30) || value == 37;
+    case 0x60C2:
+      return sub != 2 || value == -3;
     case 0x60A8:
       return value == kMilliDegree;
     default:
@@ -128,7 +134,7 @@ void ObjectDictionary::add_profile() {
   add_unsigned(0x603F, 0, 2, kReadOnly, 0, 0, kU16);
   mapped(0x6040, 2, kReadWrite, false, 0, 0, kU16);
   mapped(0x6041, 2, kReadOnly, false, 0, 0, kU16);
-  mapped(0x6060, 1, kReadWrite, true, 0, 0, 1);
+  mapped(0x6060, 1, kReadWrite, true, 0, -128, 127);
   mapped(0x6061, 1, kReadOnly, true, 0, -128, 127);
   mapped(0x6064, 4, kReadOnly, true, 0, Limits32::min(), Limits32::max());
   mapped(0x606C, 4, kReadOnly, true, 0, Limits32::min(), Limits32::max());
@@ -146,7 +152,22 @@ void ObjectDictionary::add_profile() {
   add_unsigned(0x6085, 0, 4, kReadWrite, 200000, 1, kU32);
   add_unsigned(0x60A8, 0, 4, kReadWrite, kMilliDegree, 0, kU32);
   add_unsigned(0x60A9, 0, 4, kReadOnly, kMilliDegreePerSecond, 0, kU32);
-  add_unsigned(0x6502, 0, 4, kReadOnly, 1, 0, kU32);  // profile position only
+  add_unsigned(0x60C2, 0, 1, kReadOnly, 2, 0, kU8);
+  add_unsigned(0x60C2, 1, 1, kReadWrite, 1, 1, kU8);
+  add({.index = 0x60C2,
+       .sub = 2,
+       .bytes = 1,
+       .is_signed = true,
+       .value = -3,
+       .lowest = -128,
+       .highest = 127});
+  add({.index = 0x6098, .bytes = 1, .is_signed = true, .value = 37, .lowest = -128, .highest = 127});
+  add_unsigned(0x6099, 0, 1, kReadOnly, 2, 0, kU8);
+  add_unsigned(0x6099, 1, 4, kReadWrite, 5000, 1, kU32);
+  add_unsigned(0x6099, 2, 4, kReadWrite, 1000, 1, kU32);
+  add_unsigned(0x609A, 0, 4, kReadWrite, 20000, 1, kU32);
+  add_unsigned(0x6502, 0, 4, kReadOnly, 0xA1, 0,
+               kU32);  // profile position, homing, cyclic synchronous position
 }
 
 ObjectDictionary ObjectDictionary::head_drive(std::uint8_t node) {

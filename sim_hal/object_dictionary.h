@@ -44,7 +44,7 @@ struct Object {
 /// Fixed set of objects; no heap after construction.
 class ObjectDictionary {
  public:
-  static constexpr std::size_t kCapacity = 96;
+  static constexpr std::size_t kCapacity = 112;
 
   /// The objects of a head drive with the values after a reset. Position unit 0.001 deg.
   static ObjectDictionary head_drive(std::uint8_t node);

@@ -9,6 +9,7 @@
 #include "app/node_session.h"
 #include "app/other_master.h"
 #include "tests/drivers/scripted_camera.h"
+#include "sim_hal/robot.h"
 #include "tests/source_dir/source_dir.h"
 
 namespace headway::app {
@@ -50,7 +51,40 @@ TEST(ExamineBus, FindsAWellRobotWell) {
   const Diagnosis diagnosis = patient.examined();
   EXPECT_EQ(diagnosis.worst(), Verdict::kOk) << diagnosis.text();
   EXPECT_THAT(diagnosis.text(), HasSubstr("pan drive, node 0x11: runs; Sim\n"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("clock: is 0.00")) << "it began with ours";
+  EXPECT_THAT(diagnosis.text(), HasSubstr("give or take"));
   EXPECT_EQ(patient.node.body().path_walked(), 0) << "the doctor walks nobody";
+}
+
+/// A robot whose tilt drive does not know where its joint is.
+struct Unhomed final : hal::CanBus {
+  static sim::RobotConfig config() {
+    sim::RobotConfig config;
+    config.tilt.homed = false;
+    config.tilt.start_angle = 0.2;
+    return config;
+  }
+  bool send(const hal::CanFrame& frame) noexcept override { return body.bus().send(frame); }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    while (stepped + sim::SimRobot::kPeriod <= clock.now()) body.step(stepped += sim::SimRobot::kPeriod);
+    return body.bus().receive(into);
+  }
+  hal::CanBusState state() const noexcept override { return body.bus().state(); }
+
+  hal::ManualClock clock;
+  Time stepped{};
+  mutable sim::SimRobot body{config(), Pose2{}};
+};
+
+TEST(ExamineBus, MovesNoHeadThatIsNotHomedEvenWhereThatMayMoveByItself) {
+  Unhomed patient;
+  Robot robot = read_robot(source_dir() / "config/hrp2/robot.yaml");
+  robot.hardware.homing.policy = drivers::HomingConfig::Policy::kMove;
+  robot.hardware.homing.method = 17;
+  Diagnosis diagnosis;
+  examine_bus(robot, patient, patient.clock, seconds(4), diagnosis);
+  EXPECT_THAT(diagnosis.text(), HasSubstr("tilt drive, node 0x12: does not know where its joint is"));
+  EXPECT_NEAR(patient.body.head().tilt, 0.2, 1e-9);
 }
 
 TEST(ExamineBus, SaysThatNothingIsHeardWhereTheWireIsCut) {

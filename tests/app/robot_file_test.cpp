@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/loop_configs.h"
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
@@ -96,6 +98,35 @@ TEST(RobotFile, RefusesToStepOverWhatItsGaitOrItsMapCannot) {
   Robot long_strides = read_robot(kRobot);
   long_strides.mission.gait.forward = 0.48;
   EXPECT_THROW(step_over(0.06, long_strides), InputError);
+}
+
+/// HRP-2 with this hardware.
+Robot with_hardware(const std::string& lines) {
+  const TemporaryFolder folder;
+  write_changed(folder.path(), "", "matcher:", "matcher: census\nhardware:\n" + lines);
+  return read_robot(folder / "robot.yaml");
+}
+
+TEST(RobotFile, SaysHowTheHeadsDrivesAreLedAndWhetherTheyMayLookForHome) {
+  using Policy = drivers::HomingConfig::Policy;
+  const HardwareConfig plain = with_hardware("  bus: socketcan:can0").hardware;
+  EXPECT_EQ(plain.set_points, drivers::SetPointMode::kProfile);
+  EXPECT_EQ(plain.homing.policy, Policy::kNone);
+  const Robot asked = with_hardware("  head: {set_points: cyclic, homing: {move: false}}");
+  EXPECT_EQ(head_config(asked).set_points, drivers::SetPointMode::kCyclic);
+  EXPECT_EQ(head_config(asked).homing.policy, Policy::kRequired);
+  const Robot moved = with_hardware("  head: {homing: {move: true, method: 17, speed_deg_s: 10}}");
+  EXPECT_EQ(head_config(moved).homing.policy, Policy::kMove);
+  EXPECT_EQ(head_config(moved).homing.method, 17);
+  EXPECT_NEAR(head_config(moved).homing.search_speed, 10 * kDegree, 1e-12);
+  EXPECT_NO_THROW(head_config(moved).validate());
+}
+
+TEST(RobotFile, RefusesToLetTheHeadLookForHomeInAWayThatItDoesNotName) {
+  EXPECT_THROW(with_hardware("  head: {homing: {move: true}}"), InputError);
+  EXPECT_THROW(with_hardware("  head: {homing: {move: true, method: 0}}"), InputError);
+  EXPECT_THROW(with_hardware("  head: {homing: {method: 17}}"), InputError) << "told how, and not whether";
+  EXPECT_THROW(with_hardware("  head: {set_points: smooth}"), InputError);
 }
 
 TEST(RobotFile, SaysHowOdometryDrifts) {

@@ -365,6 +365,19 @@ TEST_F(Walking, TheClockIsSynchronisedWhileItIsHeard) {
   EXPECT_FALSE(bench.walker.clock_is_synchronised());
 }
 
+TEST_F(Walking, KnowsHowFarItsClockIsFromOursUntilThatStaysAway) {
+  bench.run(seconds(1.1));
+  EXPECT_FALSE(bench.walker.clock()) << "one frame may have travelled for long";
+  bench.run(seconds(2));
+  const auto clock = bench.walker.clock();
+  ASSERT_TRUE(clock);
+  EXPECT_LE(std::chrono::abs(clock->offset - bench.control.clock_apart), clock->uncertainty);
+  EXPECT_LT(clock->uncertainty, milliseconds(7));
+  bench.control.mute_time = true;
+  bench.run(seconds(5.1));
+  EXPECT_FALSE(bench.walker.clock());
+}
+
 // --- the chest ---
 
 TEST_F(Walking, TheChestPoseIsTheOneSentAtItsOwnTime) {

@@ -329,7 +329,7 @@ TEST_F(RunningHead, SetsADriveUpAgainThatBootsInMidRunWithoutAJump) {
   EXPECT_EQ(bench.head.state().health, HeadHealth::kStarting);
   ASSERT_TRUE(bench.start());
   bench.run(seconds(1));
-  EXPECT_EQ(bench.pan.written.size(), kSetupEntries);
+  EXPECT_EQ(bench.pan.written.size(), setup_table(0x11, {}).size());
   EXPECT_THAT(bench.pan.set_points, ElementsAre(4321));
   EXPECT_EQ(bench.pan.position, 4321);
   EXPECT_EQ(bench.head.pan().boot_ups, 1u);
@@ -339,6 +339,17 @@ TEST_F(RunningHead, SetsADriveUpAgainThatComesBackAfterItWasGone) {
   bench.pan.mute_heartbeat = true;
   ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(1)));
   bench.pan.mute_heartbeat = false;
+  EXPECT_TRUE(bench.start());
+}
+
+TEST_F(RunningHead, FaultsWhenADriveFaultsInAQuickStopAndStaysSoUntilRecovered) {
+  bench.pan.quick_stop();
+  ASSERT_TRUE(bench.run_until([&] { return bench.head.pan().phase == DrivePhase::kEnabling; }, seconds(1)));
+  bench.pan.fault();
+  bench.run(seconds(2));
+  fault_and_check(DriveFailure::kDriveFault);
+  EXPECT_EQ(bench.pan.state, State::kFault) << "nobody has reset it";
+  bench.head.recover();
   EXPECT_TRUE(bench.start());
 }
 

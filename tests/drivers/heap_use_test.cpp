@@ -40,11 +40,13 @@ TEST(HeapCount, SeesAnAllocation) {
   EXPECT_EQ(allocations, 1U);
 }
 
-TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) {
+/// From the start to a fault and back, for ten seconds.
+void expect_no_heap(const HeadConfig& config, bool homed) {
   testing::ScriptedBus bus;
-  Cia402Head head(bus, {});
+  Cia402Head head(bus, config);
   Counted counted(head);
   testing::ScriptedDrive pan(0x11), tilt(0x12);
+  pan.homed = homed;
   allocations = 0;
   std::size_t read = 0;
   bool was_ready = false, was_fault = false;
@@ -73,6 +75,15 @@ TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) {
   EXPECT_TRUE(was_ready && was_fault);
   EXPECT_EQ(head.state().health, hal::HeadHealth::kReady);
   EXPECT_EQ(allocations, 0U);
+}
+
+TEST(Cia402Head, UsesNoHeapFromStartUpToFaultAndBack) { expect_no_heap({}, true); }
+
+TEST(Cia402Head, UsesNoHeapWhereItIsHomedAndLedCyclically) {
+  HeadConfig config;
+  config.set_points = SetPointMode::kCyclic;
+  config.homing = {.policy = HomingConfig::Policy::kMove, .method = 17};
+  expect_no_heap(config, false);
 }
 
 TEST(CanWalker, UsesNoHeapWhateverComesIn) {

@@ -24,6 +24,7 @@ class ScriptedControl {
   std::optional<std::uint8_t> rejects;  ///< this number...
   Status::RejectReason reason = Status::RejectReason::kReach;
   int queue_free = 8;
+  Duration clock_apart = seconds(12.3456);  ///< our clock less its
   double chest_x = 0, yaw = 0, age = 0.004;
 
   // What a test may look at.
@@ -78,10 +79,13 @@ class ScriptedControl {
             rotation_, now);
       }
     }
-    if (!mute_time && ++cycles_ % 50 == 0) send(hal::bus::ControlTime{.ms = 1}.pack(), time_, now);
+    if (!mute_time && ++cycles_ % 50 == 0) send(hal::bus::ControlTime{.ms = ms(now)}.pack(), time_, now);
   }
 
  private:
+  std::uint32_t ms(Time now) const {
+    return static_cast<std::uint32_t>((now - clock_apart).time_since_epoch() / std::chrono::milliseconds(1));
+  }
   void send(std::optional<hal::CanFrame> frame, hal::bus::Protector& protector, Time now) {
     protector.protect(frame.value());
     frame->stamp = now;

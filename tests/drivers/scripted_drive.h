@@ -32,20 +32,26 @@ class ScriptedDrive {
   // What a test may turn.
   std::uint8_t node;
   bool mute_status = false, mute_position = false, mute_heartbeat = false, mute_sdo = false;
-  bool never_acknowledges = false, knows_transition_16 = true, fault_is_permanent = false,
-       stuck_switched_on = false;
+  bool never_acknowledges = false,  ///< set-points; nor follows cyclic ones
+      knows_transition_16 = true, fault_is_permanent = false, stuck_switched_on = false;
+  bool homed = true, never_finds_home = false;
+  std::int32_t home_reads = 0;          ///< position, once it has found home after a second
   std::optional<Key> refuses, forgets;  ///< objects it aborts, or does not keep
   std::int32_t position = 0;            ///< [0.001 deg]
   State state = State::kDisabled;
 
   // What a test may look at.
   std::map<Key, std::uint32_t> objects;
-  std::vector<Key> written;                 ///< in order
-  std::vector<std::int32_t> set_points;     ///< taken on the rising edge of bit 4
+  std::vector<Key> written;                  ///< in order
+  std::vector<std::int32_t> set_points;      ///< taken on the rising edge of bit 4
+  std::vector<std::int32_t> cyclic_targets;  ///< each that counted from a SYNC on
+  std::int32_t largest_start = 0;            ///< of the first of these, from where the joint was
+  std::int32_t largest_step = 0;            ///< of the others from the one before, for each period in between
   std::vector<std::uint16_t> controlwords;  ///< each time it changed
   std::vector<State> states;                ///< each time it changed
   int sdo_requests = 0;
   bool operational = false, halted = false;
+  int homings = 0;  ///< begun
   std::int32_t target = 0;
 
   std::vector<hal::CanFrame> out;  ///< frames it sends
@@ -56,6 +62,7 @@ class ScriptedDrive {
     become(State::kDisabled);
     controlword_ = 0;
     acknowledges_ = false;
+    waiting_.reset();
     send(hal::bus::Heartbeat{.state = hal::bus::Heartbeat::State::kBootUp}.pack(0x700u + node), now);
   }
   void emergency(std::uint16_t code, Time now) {
@@ -68,19 +75,27 @@ class ScriptedDrive {
     using namespace hal::bus;
     if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
       operational = nmt->command == Nmt::Command::kStart;
+      if (!operational) waiting_.reset();
     } else if (frame.id == Sync::kId) {
+      synced_at_ = now;
+      if (waiting_) obey(*waiting_);
+      waiting_.reset();
       report(now);
     } else if (frame.id == 0x600u + node) {
       answer(*SdoRequest::unpack(frame), now);
     } else if (frame.id == 0x200u + node && operational && is_mapped(0x1400, 0x1600, 0x60400010, 3)) {
-      obey(*DriveCommand::unpack(frame));
+      const bool on_sync = objects[{0x1400, 2}] == 1;
+      waiting_ = DriveCommand::unpack(frame);
+      if (!on_sync) obey(*std::exchange(waiting_, std::nullopt));
     }
   }
 
   void tick(Time now) {
-    const std::int32_t step = 200;  // 40 deg/s at 5 ms
+    const std::int32_t step = mode_ == kCyclic ? 300 : 200;  // 60 and 40 deg/s at 5 ms
+    if (never_acknowledges && mode_ == kCyclic) target = position;
     velocity_ = 0;
-    if (state == State::kEnabled && !halted) {
+    if (homing_ > 0 && !halted && --homing_ == 0) find_home();
+    if (state == State::kEnabled && !halted && mode_ != kHomingMode) {
       const std::int32_t move = std::clamp(target - position, -step, step);
       position += move;
       velocity_ = move * 200;
@@ -104,8 +119,11 @@ class ScriptedDrive {
   void become(State next) {
     if (next == state) return;
     state = next;
+    follows_ = false;
+    brakes_ = 10;
     states.push_back(next);
     if (next == State::kEnabled) target = position;
+    homing_ = 0;
   }
 
   bool is_mapped(std::uint16_t communication, std::uint16_t mapping, std::uint32_t first,
@@ -116,11 +134,15 @@ class ScriptedDrive {
 
   void report(Time now) {
     if (!operational) return;
+    if (state == State::kQuickStop && brakes_ > 0) --brakes_;
     if (!mute_status && is_mapped(0x1800, 0x1A00, 0x60410010, 2)) {
       const std::uint16_t reached = position == target ? 0x0400 : 0;
-      const std::uint16_t acknowledged = acknowledges_ ? 0x1000 : 0;
+      const bool follows = mode_ == kCyclic && state == State::kEnabled && !never_acknowledges;
+      const bool attained = mode_ == kHomingMode && homed;
+      const std::uint16_t acknowledged = acknowledges_ || follows || attained ? 0x1000 : 0;
+      const std::uint16_t error = mode_ == kHomingMode && lost_home_ ? 0x2000 : 0;
       send(hal::bus::DriveStatus{.statusword = static_cast<std::uint16_t>(static_cast<int>(state) | reached |
-                                                                          acknowledged),
+                                                                          acknowledged | error),
                                  .mode = mode_}
                .pack(0x180u + node),
            now);
@@ -161,13 +183,52 @@ class ScriptedDrive {
     move_state(before);
     halted = (c.controlword & 0x100) != 0;
     if ((c.controlword & 0x10) == 0) acknowledges_ = false;
+    const auto said = static_cast<std::int32_t>(std::lround(c.target_deg * 1000));
+    if (mode_ == kCyclic) {
+      follow(said);
+      return;
+    }
     const bool rising = (c.controlword & 0x10) != 0 && (before & 0x10) == 0;
+    if (mode_ == kHomingMode) {
+      look_for_home(rising);
+      return;
+    }
     if (state == State::kEnabled && rising) {
-      set_points.push_back(static_cast<std::int32_t>(std::lround(c.target_deg * 1000)));
+      set_points.push_back(said);
       if (never_acknowledges) return;
       target = set_points.back();
       acknowledges_ = true;
     }
+  }
+
+  void look_for_home(bool rising) {
+    if ((controlword_ & 0x10) == 0 || state != State::kEnabled) homing_ = 0;
+    if (!rising || state != State::kEnabled) return;
+    ++homings;
+    homing_ = 200;
+    lost_home_ = false;
+  }
+  void find_home() {
+    lost_home_ = never_finds_home;
+    homed = !never_finds_home;
+    if (homed) target = position = home_reads;
+  }
+
+  void follow(std::int32_t said) {
+    if (state != State::kEnabled || never_acknowledges) {
+      follows_ = false;
+      return;
+    }
+    cyclic_targets.push_back(said);
+    if (follows_) {
+      const auto periods = std::max(1L, std::lround(to_seconds(synced_at_ - target_at_) / 0.02));
+      largest_step = std::max(largest_step, std::abs(said - target) / static_cast<std::int32_t>(periods));
+    } else {
+      largest_start = std::max(largest_start, std::abs(said - position));
+    }
+    follows_ = true;
+    target = said;
+    target_at_ = synced_at_;
   }
 
   void move_state(std::uint16_t before) {
@@ -184,15 +245,23 @@ class ScriptedDrive {
       if (state == State::kReady || state == State::kEnabled) become(State::kOn);  // 3, 5
     } else if ((w & 0x0F) == 0x0F) {
       const bool from_on = state == State::kOn && !stuck_switched_on;
-      if (from_on || (state == State::kQuickStop && knows_transition_16)) become(State::kEnabled);  // 4, 16
+      const bool from_stop = state == State::kQuickStop && knows_transition_16 && brakes_ == 0;
+      if (from_on || from_stop) become(State::kEnabled);  // 4, 16
     }
   }
 
+  static constexpr std::int8_t kCyclic = 8, kHomingMode = 6;
+
   std::map<Key, std::uint8_t> sizes_;
+  std::optional<hal::bus::DriveCommand> waiting_;  ///< for the next SYNC
   std::uint16_t controlword_ = 0;
   std::int8_t mode_ = 0;
   std::int32_t velocity_ = 0;
-  bool acknowledges_ = false;
+  bool acknowledges_ = false, lost_home_ = false;
+  int brakes_ = 0;        ///< times that a quick stop is told before it may be left
+  bool follows_ = false;  ///< has taken a cyclic target, and may take the next
+  Time synced_at_{}, target_at_{};
+  int homing_ = 0;  ///< cycles left until it is at home
   Time heartbeat_at_{};
 };
 

@@ -21,6 +21,9 @@ using hal::WalkState;
 
 class SimulatedRobot : public ::testing::Test {
  protected:
+  explicit SimulatedRobot(const HeadConfig& config = {}, const sim::RobotConfig& body = {})
+      : robot(body, Pose2{}), head(robot.bus(), config) {}
+
   void cycle() {
     now += sim::SimRobot::kPeriod;
     robot.step(now);
@@ -110,8 +113,8 @@ class SimulatedRobot : public ::testing::Test {
         [=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
   }
 
-  sim::SimRobot robot{sim::RobotConfig{}, Pose2{}};
-  Cia402Head head{robot.bus(), {}};
+  sim::SimRobot robot;
+  Cia402Head head;
   CanWalker walker{robot.bus()};
   Time now{};
   std::uint32_t noise = 7;
@@ -179,6 +182,96 @@ TEST_F(SimulatedRobot, FaultsWhileADriveIsSilentAndComesBackWithIt) {
   EXPECT_EQ(head.tilt().failure, DriveFailure::kGone);
   robot.tilt_drive().set_silent(false);
   EXPECT_TRUE(ready(5));
+}
+
+/// The same robot, its head led cyclically.
+class CyclicSimulatedRobot : public SimulatedRobot {
+ protected:
+  static HeadConfig cyclic() {
+    HeadConfig config;
+    config.set_points = SetPointMode::kCyclic;
+    return config;
+  }
+  CyclicSimulatedRobot() : SimulatedRobot(cyclic()) {}
+};
+
+TEST_F(CyclicSimulatedRobot, LooksWhereItIsToldSmoothlyAndNoFurtherThanItMay) {
+  ASSERT_TRUE(ready());
+  double before = robot.head().pan, fastest = 0;
+  for (const hal::HeadAngles target : {hal::HeadAngles{0.4, 0.3}, hal::HeadAngles{-3, -3}}) {
+    head.command(target);
+    ASSERT_TRUE(until(
+        [&] {
+          fastest = std::max(fastest, std::abs(robot.head().pan - before) / 0.005);
+          before = robot.head().pan;
+          EXPECT_LT(std::abs(robot.head().pan), 0.787);
+          EXPECT_GT(robot.head().tilt, -0.525);
+          return !head.state().moving;
+        },
+        5));
+    until([] { return false; }, 0.1);
+    EXPECT_NEAR(robot.head().pan, std::max(target.pan, -0.7854), 2e-3);
+    EXPECT_NEAR(robot.head().tilt, std::max(target.tilt, -0.5236), 2e-3);
+  }
+  EXPECT_GT(fastest, 0.95);
+  EXPECT_LT(fastest, 1.05);
+}
+
+TEST_F(CyclicSimulatedRobot, ComesBackWithoutAJumpWhenADriveReboots) {
+  ASSERT_TRUE(ready());
+  head.command({0.4, 0.3});
+  ASSERT_TRUE(until([&] { return !head.state().moving; }, 3));
+  until([] { return false; }, 0.1);
+  robot.pan_drive().reboot();
+  const double before = robot.head().pan;
+  ASSERT_TRUE(until([&] { return head.state().health != HeadHealth::kReady; }, 1));
+  double worst = 0;
+  ASSERT_TRUE(until(
+      [&] {
+        worst = std::max(worst, std::abs(robot.head().pan - before));
+        return head.state().health == HeadHealth::kReady;
+      },
+      5));
+  EXPECT_LT(worst, 1e-4);
+}
+
+/// The same robot, whose pan drive takes for zero where it was switched on.
+class UnhomedSimulatedRobot : public SimulatedRobot {
+ protected:
+  static HeadConfig config(HomingConfig::Policy policy) {
+    HeadConfig config;
+    config.homing.policy = policy;
+    config.homing.method = 17;
+    return config;
+  }
+  static sim::RobotConfig unhomed() {
+    sim::RobotConfig config;
+    config.pan.homed = false;
+    config.pan.start_angle = 0.2;
+    return config;
+  }
+  explicit UnhomedSimulatedRobot(HomingConfig::Policy policy = HomingConfig::Policy::kMove)
+      : SimulatedRobot(config(policy), unhomed()) {}
+};
+class UnhomedSimulatedRobotThatMayNotMove : public UnhomedSimulatedRobot {
+ protected:
+  UnhomedSimulatedRobotThatMayNotMove() : UnhomedSimulatedRobot(HomingConfig::Policy::kRequired) {}
+};
+
+TEST_F(UnhomedSimulatedRobot, IsHomedAndThenLooksWhereItIsTold) {
+  ASSERT_TRUE(ready(10));
+  EXPECT_NEAR(robot.head().pan, 0, 1e-3);
+  head.command({0.4, 0.3});
+  ASSERT_TRUE(until([&] { return !head.state().moving; }, 3));
+  EXPECT_NEAR(robot.head().pan, 0.4, 2e-3);
+}
+
+TEST_F(UnhomedSimulatedRobotThatMayNotMove, StandsStillInItsNamedState) {
+  ASSERT_TRUE(until([&] { return head.state().health == HeadHealth::kNotHomed; }, 3));
+  head.command({0.4, 0.3});
+  until([] { return false; }, 3);
+  EXPECT_EQ(head.state().health, HeadHealth::kNotHomed);
+  EXPECT_NEAR(robot.head().pan, 0.2, 1e-6);
 }
 
 TEST_F(SimulatedRobot, WalksTheStepsThatItsOrdersMean) {

@@ -82,6 +82,17 @@ TEST(BusLoop, RecordsTheAgeOfTheFrameEachStepRestsUpon) {
   EXPECT_EQ(records, 3);
 }
 
+TEST(BusLoop, ReportsHowFarTheControlComputersClockIsAsLongAsThatIsKnown) {
+  Rig rig;
+  rig.walker.apart = {.offset = seconds(12), .uncertainty = seconds(0.005)};
+  rig.run(0.1);
+  ASSERT_TRUE(rig.links.report.value().control_clock);
+  EXPECT_EQ(rig.links.report.value().control_clock->offset, seconds(12));
+  rig.walker.apart.reset();
+  rig.run(0.1);
+  EXPECT_FALSE(rig.links.report.value().control_clock);
+}
+
 TEST(BusLoop, RecordsOnlyStepsThatTheRobotWalksAndWhereTheyLand) {
   Rig rig;
   rig.walker.refused = 2;

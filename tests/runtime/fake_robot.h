@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "hal/can_bus.h"
 #include "hal/head.h"
@@ -80,7 +81,9 @@ class FakeWalker final : public hal::Walker {
   hal::WalkStatus status() const noexcept override { return status_; }
   hal::WalkerHealth health() const noexcept override { return hal::WalkerHealth::kReady; }
   hal::ChestSample chest() const noexcept override { return chest_; }
+  std::optional<hal::ClockOffset> clock() const noexcept override { return apart; }
 
+  std::optional<hal::ClockOffset> apart;
   std::array<hal::NumberedStep, 64> sent{};
   std::size_t sent_count = 0;
   std::uint32_t refused = 1000000;  ///< number of the step that it refuses

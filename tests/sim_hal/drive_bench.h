@@ -106,7 +106,7 @@ class DriveBench {
   }
   /// RPDO1.
   void order(std::uint16_t control_word, std::int32_t target) {
-    send(0x211, {byte(control_word, 0), byte(control_word, 1), 1, byte(target, 0), byte(target, 1),
+    send(0x211, {byte(control_word, 0), byte(control_word, 1), mode, byte(target, 0), byte(target, 1),
                  byte(target, 2), byte(target, 3)});
     run(0.005);
   }
@@ -135,6 +135,7 @@ class DriveBench {
   HeadDrive drive;
   Time now{};
   bool beating = false;
+  std::uint8_t mode = 1;              ///< of operation, in each order
   std::vector<hal::CanFrame> frames;  ///< heard by the master since it was last cleared
 };
 

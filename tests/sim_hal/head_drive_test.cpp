@@ -81,7 +81,9 @@ TEST(HeadDriveSdo, AbortsWithTheStandardsCodes) {
   EXPECT_EQ(bench.read(0x607D, 3).abort, kNoSubIndex);
   EXPECT_EQ(bench.write(0x6041, 0, 2, 1), kReadOnly);
   EXPECT_EQ(bench.write(0x6040, 0, 4, 1), kWrongLength);
-  EXPECT_EQ(bench.write(0x6060, 0, 1, 3), kTooHigh) << "profile velocity is not there";
+  EXPECT_EQ(bench.write(0x6060, 0, 1, 3), kBadValue) << "profile velocity is not there";
+  EXPECT_EQ(bench.write(0x1014, 0, 4, 0x91), kReadOnly);
+  EXPECT_EQ(bench.write(0x1016, 1, 4, 0x00800000), kTooHigh);
   EXPECT_EQ(bench.write(0x605A, 0, 2, 4), kBadValue);
   EXPECT_EQ(bench.write(0x60A8, 0, 4, 0x00B40000), kBadValue) << "radians";
   EXPECT_EQ(bench.write(0x1800, 2, 1, 250), kBadValue) << "a reserved transmission type";
@@ -192,6 +194,77 @@ TEST(HeadDriveMotion, GoesWhereItIsToldInTheTimeOfItsProfile) {
   bench.run(0.12);
   EXPECT_NEAR(bench.angle(), 30000, 20);
   EXPECT_NE(bench.drive.status_word() & 1 << 10, 0) << "target reached";
+}
+
+TEST(HeadDriveHoming, FindsItsSwitchWhenAskedAndReadsZeroThere) {
+  DriveBench bench({.start_angle = 0.3, .homed = false});
+  bench.set_up();
+  EXPECT_EQ(bench.write(0x6098, 0, 1, 33), kBadValue);
+  EXPECT_EQ(bench.write(0x6098, 0, 1, 17), 0U);
+  EXPECT_EQ(bench.read(0x6064).value, 0U) << "it takes where it was switched on for zero";
+  bench.mode = 6;
+  bench.enable();
+  bench.run(0.5);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0) << "does not know where it is";
+  EXPECT_NEAR(bench.drive.angle(), 0.3, 1e-9) << "and does not move until it is asked";
+  bench.order(0x1F, 0);
+  bench.run(1);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0) << "on its way";
+  bench.run(4);
+  EXPECT_NE(bench.drive.status_word() & 1 << 12, 0);
+  EXPECT_NE(bench.drive.status_word() & 1 << 10, 0);
+  EXPECT_NEAR(bench.drive.angle(), 0, 1e-4);
+  EXPECT_EQ(bench.read(0x6064).value, 0U);
+  bench.mode = 1;
+  bench.go_to(10000);
+  bench.run(2);
+  EXPECT_NEAR(bench.angle(), 10000, 60);
+}
+
+TEST(HeadDriveHoming, StopsWhenBit4IsTakenBackAndDoesNotKnow) {
+  DriveBench bench({.start_angle = 0.3, .homed = false});
+  bench.set_up();
+  bench.write(0x6098, 0, 1, 17);
+  bench.mode = 6;
+  bench.enable();
+  bench.order(0x1F, 0);
+  bench.run(1);
+  bench.order(0x0F, 0);
+  bench.run(1);
+  const double stands = bench.drive.angle();
+  EXPECT_GT(stands, 0.1);
+  bench.run(3);
+  EXPECT_EQ(bench.drive.angle(), stands);
+  EXPECT_EQ(bench.drive.status_word() & 1 << 12, 0);
+}
+
+TEST(HeadDriveCyclic, IsWhereItIsToldWhenTheNextTargetComesAndStaysWithoutOne) {
+  DriveBench bench({.lag = 0});
+  bench.set_up();
+  bench.map(0x1400, 0x1600, 0x211, 1, {0x60400010, 0x60600008, 0x607A0020});
+  bench.write(0x60C2, 1, 1, 20);
+  bench.mode = 8;
+  const auto cycle = [&](std::uint16_t word, std::int32_t target) {
+    bench.order(word, target);
+    bench.send(0x080, {});
+    bench.run(0.015);
+  };
+  for (const int word : {0x06, 0x07, 0x0F, 0x0F}) cycle(static_cast<std::uint16_t>(word), 0);
+  ASSERT_NE(bench.drive.status_word() & 1 << 12, 0) << "follows";
+  for (int i = 1; i <= 10; ++i) {
+    bench.order(0x0F, 800 * i);
+    EXPECT_NEAR(bench.angle(), 800 * (i - 1), 1) << "counts from the SYNC on";
+    bench.send(0x080, {});
+    bench.run(0.010);
+    EXPECT_NEAR(bench.angle(), 800 * (i - 1) + 400, 90);
+    bench.run(0.010);
+  }
+  bench.run(0.5);
+  EXPECT_NEAR(bench.angle(), 8000, 1);
+  cycle(0x0F, 46000);
+  bench.run(0.1);
+  EXPECT_NEAR(bench.angle(), 45000, 1) << "its own limits hold";
+  EXPECT_NE(bench.drive.status_word() & 1 << 11, 0);
 }
 
 TEST(HeadDriveMotion, ReportsThePositionOfTheMomentOfTheSync) {

@@ -1,7 +1,10 @@
 """The scripts refuse wrong arguments in one line, before they build or remove anything."""
 
+import os
 import pathlib
+import shutil
 import subprocess
+import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -15,6 +18,29 @@ class Scripts(unittest.TestCase):
         self.assertEqual(run.stdout, "")
         self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
         return run.stderr
+
+    def test_help_is_found_from_every_folder(self):
+        for folder, name in ((ROOT, "scripts/setup"), (ROOT / "scripts", "./setup"), (ROOT / "docs", "../scripts/setup")):
+            run = subprocess.run([name, "--help"], cwd=folder, capture_output=True, text=True, check=False)
+            self.assertEqual((run.returncode, run.stderr), (0, ""), folder)
+            self.assertTrue(run.stdout.startswith("scripts/setup ["), run.stdout)
+
+    def test_setup_goes_on_where_no_registry_is_reached_but_in_ci(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree, bin_ = pathlib.Path(folder) / "tree", pathlib.Path(folder) / "bin"
+            (tree / "scripts").mkdir(parents=True)
+            bin_.mkdir()
+            shutil.copy(ROOT / "scripts/setup", tree / "scripts")
+            programs = {"npm": "echo no registry >&2; exit 1", "apt-get": "exit 1",
+                        "dpkg-query": "shift 3; printf 'ii %s\\n' \"$@\""}
+            for name, text in programs.items():
+                (bin_ / name).write_text(f"#!/bin/sh\n{text}\n")
+                (bin_ / name).chmod(0o755)
+            for ci, code in (("", 0), ("true", 1)):
+                run = subprocess.run([tree / "scripts/setup"], capture_output=True, text=True, check=False,
+                                     env={**os.environ, "PATH": f"{bin_}:{os.environ['PATH']}", "CI": ci})
+                self.assertEqual(run.returncode, code, run.stderr)
+                self.assertIn("npm could not fetch", run.stderr)
 
     def test_wrong_arguments_are_named(self):
         self.assertIn("--world no/such.yaml: no such world file", self.refused("--world", "no/such.yaml"))

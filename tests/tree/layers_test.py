@@ -33,6 +33,7 @@ LIBRARIES = {
     "libusb": ["libusb.h", "libusb-1.0/*"],
     "libjpeg": ["jpeglib.h", "turbojpeg.h"],
     "zstd": ["zstd.h"],
+    "systemd": ["systemd/*"],
     "threads": ["thread", "mutex", "shared_mutex", "atomic", "condition_variable", "future", "semaphore", "latch",
                 "barrier", "stop_token", "pthread.h", "sched.h", "execution"],
     "files": ["fstream"],

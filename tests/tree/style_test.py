@@ -28,7 +28,7 @@ def tree():
     else:
         names = []
         for folder, below, files in os.walk(ROOT):
-            below[:] = [b for b in below if b not in (".git", "build", "__pycache__", ".cache")]
+            below[:] = [b for b in below if b not in (".git", "build", "__pycache__", ".cache", "node_modules")]
             names += [os.path.relpath(os.path.join(folder, f), ROOT) for f in files]
     return sorted(pathlib.PurePosixPath(n) for n in names if n and (ROOT / n).is_file())
 
