@@ -8,8 +8,8 @@
 
 #include "app/node_session.h"
 #include "app/other_master.h"
-#include "tests/drivers/scripted_camera.h"
 #include "sim_hal/robot.h"
+#include "tests/drivers/scripted_camera.h"
 #include "tests/source_dir/source_dir.h"
 
 namespace headway::app {
