@@ -56,6 +56,8 @@ void FrameLoop::publish() { links_.order.publish(order_); }
 
 void FrameLoop::rest() {
   order_.walk = MotionOrder::Walk::kStop;
+  order_.goal = false;
+  order_.end = true;
   publish();
 }
 
