@@ -55,6 +55,11 @@ class FakeWalker final : public hal::Walker {
     heard_chest_ = chest_;
     heard_chest_.stamp = now;
   }
+  /// Switched off and on: it stands where it is, and knows of no walk.
+  void restart() {
+    status_ = {};
+    steps_ = started_ = 0;
+  }
   /// As it truly is.
   bool stands() const { return status_.state == hal::WalkState::kStanding; }
   bool send(std::uint8_t session, const hal::NumberedStep& step) noexcept override {

@@ -42,7 +42,7 @@ struct Bench {
     next_order = now + seconds(0.1);
     const nav::Committed& c = links.report.value().committed;
     MotionOrder order;
-    order.goal = !ends;
+    order.goal = goal && !ends;
     order.goal_after = goal_after;
     order.end = ends;
     if (pictures) seen = now;
@@ -74,7 +74,7 @@ struct Bench {
   BusLoop loop{{.stance = hal::Stance::parallel({}, 0.19), .steps = {}}, bus, head, walker, links};
   OperatorWord word;
   CycleHealth cycles = CycleHealth::kOnTime;
-  bool renews = true, pictures = true, sees = true, ends = false;
+  bool renews = true, pictures = true, sees = true, goal = true, ends = false;
   std::uint32_t goal_after = 0;
   Time next_order{}, seen{}, looked{};
 };
@@ -142,7 +142,6 @@ void expect_to_walk_again(Bench& bench) {
     bench.run(seconds(1));
     EXPECT_TRUE(bench.rests()) << "a goal from before";
   }
-  if (!bench.links.operator_word.value().lease) return;
   ++bench.word.lease;  // control taken anew
   bench.run(seconds(0.1));
   EXPECT_TRUE(bench.rests());
@@ -182,7 +181,8 @@ TEST(SafetyOnTheBus, NeverStartsByItselfWhenWhatWasLostIsBack) {
     loss.set(*bench, true);
     bench->run(seconds(12));
     ASSERT_TRUE(bench->walker.stands());
-    ASSERT_TRUE(stopped(bench->safety().state)) << describe(bench->safety());
+    ASSERT_EQ(bench->safety().state, bench->walker.fault ? SafetyState::kFault : SafetyState::kSafeStop)
+        << describe(bench->safety());
     loss.set(*bench, false);
     bench->run(seconds(3));
     for (int i = 0; i < 4000; ++i) {
@@ -285,7 +285,71 @@ TEST(SafetyOnTheBus, BeginsNoWalkBeforeEverythingWasHeard) {
     bench.run(seconds(20));
     EXPECT_TRUE(bench.rests()) << describe(bench.safety());
     EXPECT_EQ(bench.walker.sent_count, 0U);
+    EXPECT_EQ(bench.loop.counters().plans_taken, 0U);
+    EXPECT_EQ(bench.loop.counters().stops, 0U);
   }
+}
+
+TEST(SafetyOnTheBus, BeginsNoWalkWhileSomethingIsPoor) {
+  Bench bench;
+  bench.sees = false;
+  bench.run(seconds(0.5));
+  bench.cycles = CycleHealth::kLate;
+  bench.sees = true;
+  bench.run(seconds(5));
+  EXPECT_TRUE(bench.rests());
+  bench.cycles = CycleHealth::kOnTime;
+  bench.run(seconds(0.2));
+  ASSERT_FALSE(bench.rests());
+  bench.sees = false;  // the walk ends, the goal stands
+  bench.run(seconds(4));
+  ASSERT_TRUE(bench.rests());
+  bench.sees = true;
+  bench.cycles = CycleHealth::kLate;
+  bench.run(seconds(4));
+  EXPECT_EQ(bench.safety().state, SafetyState::kDegraded);
+  EXPECT_TRUE(bench.rests());
+  bench.cycles = CycleHealth::kOnTime;
+  bench.run(seconds(0.2));
+  EXPECT_FALSE(bench.rests());
+}
+
+TEST(SafetyOnTheBus, RestsWithoutAGoalAndNeedsNoStopToDoSo) {
+  const auto bench = under_way({});
+  bench->goal = false;
+  bench->run(seconds(0.1) + kRest + 2 * kCycle);
+  EXPECT_TRUE(bench->rests());
+  EXPECT_EQ(bench->safety().state, SafetyState::kReady);
+  EXPECT_EQ(bench->safety().stops, 0U);
+  bench->run(seconds(5));
+  EXPECT_TRUE(bench->rests());
+  bench->goal = true;
+  bench->run(seconds(0.5));
+  EXPECT_FALSE(bench->rests());
+}
+
+TEST(SafetyOnTheBus, HoldsASecondFaultUntilThatIsResetAsWell) {
+  const auto bench = under_way({});
+  for (int i = 0; i < 2; ++i) {
+    bench->walker.fault = true;
+    bench->run(seconds(4));
+    bench->walker.fault = false;
+    bench->run(seconds(4));
+    ASSERT_EQ(bench->safety().state, SafetyState::kFault);
+    expect_to_walk_again(*bench);
+  }
+}
+
+TEST(SafetyOnTheBus, StopsForAControlComputerThatBeganAnewOnTheWay) {
+  const auto bench = under_way({});
+  bench->walker.restart();
+  bench->walker.deaf = true;  // says what it knows before it hears of a walk
+  bench->run(seconds(0.04));
+  bench->walker.deaf = false;
+  bench->run(seconds(10));
+  EXPECT_TRUE(bench->rests());
+  EXPECT_EQ(bench->safety().state, SafetyState::kSafeStop);
+  EXPECT_EQ(bench->safety().source, SafetySource::kControl);
 }
 
 TEST(SafetyOnTheBus, CountsWhatWasLostAndSaysWhy) {
