@@ -10,10 +10,12 @@
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/frames_report.h"
 #include "app/hardware.h"
 #include "app/interrupts.h"
 #include "app/live_session.h"
 #include "app/output_folder.h"
+#include "app/safety_report.h"
 #include "app/service_manager.h"
 #include "hal/clock.h"
 #include "hal/error.h"
@@ -72,6 +74,8 @@ class Log {
       : clock_(clock), service_(service), begin_(clock.now()) {}
 
   void see(const LiveStatus& status) {
+    if (status.level != level_) say("frames: {}", name(status.level));
+    level_ = status.level;
     const auto now = std::tuple(status.state, status.head, status.walker);
     if (said_ && now == known_ && status.stamp - said_at_ < kQuiet) return;
     const std::string reason = status.reason.data();
@@ -81,6 +85,9 @@ class Log {
     known_ = now;
     said_ = true;
     said_at_ = status.stamp;
+  }
+  void see(const runtime::SafetyReport& safety) {
+    say("safety: {}: {}", name(safety.state), describe(safety));
   }
 
   template <class... Values>
@@ -99,6 +106,7 @@ class Log {
   const ServiceManager& service_;
   Time begin_, said_at_{};
   bool said_ = false;
+  runtime::FrameLevel level_ = runtime::FrameLevel::kFull;
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
 };
 
@@ -112,7 +120,6 @@ Json clock_of(const hal::Walker& walker) {
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
                const CanTransport& wire, bool rests) {
   const runtime::BusLoopCounters& bus = session.bus_loop().counters();
-  const runtime::FrameLoopCounters& frames = session.frame_loop().counters();
   const runtime::MissionCounters& mission = session.mission().counters();
   const hal::CanBusStats can = wire.bus->stats();
   return {{"robot", robot.name},
@@ -120,12 +127,7 @@ Json report_of(const Options& options, const Robot& robot, const LiveSession& se
           {"end", name(session.mission().state())},
           {"reason", session.mission().reason()},
           {"stands", rests},
-          {"frames",
-           {{"used", frames.frames},
-            {"lost", frames.lost},
-            {"no_pose", frames.no_pose},
-            {"unusable", frames.unusable},
-            {"late", frames.late}}},
+          {"frames", frames_json(session.frame_loop().counters())},
           {"plans", mission.plans},
           {"replans", mission.replans},
           {"bus_loop",
@@ -134,6 +136,7 @@ Json report_of(const Options& options, const Robot& robot, const LiveSession& se
             {"plans_taken", bus.plans_taken},
             {"plans_late", bus.plans_late},
             {"walks_ended_early", bus.stops}}},
+          {"safety", safety_json(session.bus_loop().safety())},
           {"control_clock", clock_of(session.walker())},
           {"can",
            {{"sent", can.sent},
@@ -187,6 +190,7 @@ int run(Options options) {
   bool over = false;
   while (!over && !interrupts.asked() && !failure) {
     if (session.look(status)) log.see(status);
+    for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
     over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
     failure = session.failure();
     const bool hung = hanging.has_value();
@@ -199,6 +203,7 @@ int run(Options options) {
   service.stopping();
   if (interrupts.asked()) log.say("asked to end: comes to rest");
   const bool rests = session.stop();
+  for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
   if (failure) log.say("a loop broke: {}", *failure);
   log.say("{}", rests ? "stands"
                       : "it is not known whether the robot stands: the control computer does not say so");

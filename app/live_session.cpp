@@ -103,6 +103,7 @@ void LiveSession::report() {
   status.base = frames_.localisation().steady() * bus.committed.stance.base();
   status.head = bus.head.health;
   status.walker = bus.walker;
+  status.level = frames_.level();
   status_.publish(status);
 }
 

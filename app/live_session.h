@@ -39,6 +39,7 @@ struct LiveStatus {
   Pose2 base;                      ///< where it believes to stand or to step to next, in the map
   hal::HeadHealth head = hal::HeadHealth::kStarting;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
+  runtime::FrameLevel level = runtime::FrameLevel::kFull;  ///< how much is done with each frame
 };
 
 class LiveSession {
@@ -53,6 +54,8 @@ class LiveSession {
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
+  /// The same of the safety state's changes, one after the other.
+  bool look(runtime::SafetyChange& into) { return links_->safety.pop(into); }
   std::optional<std::string> failure() const { return loops_.failure(); }
   std::string refusal() const { return loops_.refusal(); }
   /// As LiveLoops::hanging().

@@ -15,7 +15,7 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, double frame_rate) {
   config.localisation = robot.localisation;
   config.neck = robot.mission.neck;
   config.camera_time_offset = robot.camera_time_offset;
-  config.budget = seconds(1 / frame_rate);
+  config.budget.period = seconds(1 / frame_rate);
   return config;
 }
 

@@ -24,6 +24,7 @@ void PrecisionCheck::expose(Time exposure, const sim::Scene& scene, const vision
                             const Eigen::Isometry3d& map_from_view) {
   Truth truth;
   truth.exposure = exposure;
+  truth.width = camera.width;
   for (int v = kStride / 2; v < camera.height; v += kStride)
     for (int u = kStride / 2; u < camera.width; u += kStride) {
       const double z = true_depth(scene, camera, map_from_view, u, v);
@@ -43,7 +44,7 @@ void PrecisionCheck::expose(Time exposure, const sim::Scene& scene, const vision
 void PrecisionCheck::judge(Time exposure, const vision::RangeView& view) {
   const auto found =
       std::find_if(waiting_.begin(), waiting_.end(), [&](const Truth& t) { return t.exposure == exposure; });
-  if (found == waiting_.end()) return;
+  if (found == waiting_.end() || found->width != view.camera.width) return;
   std::size_t i = 0;
   for (int v = kStride / 2; v < view.camera.height; v += kStride)
     for (int u = kStride / 2; u < view.camera.width; u += kStride, ++i) {

@@ -37,6 +37,7 @@ class PrecisionCheck {
   static constexpr int kStride = 6;  // pixels between samples
   struct Truth {
     Time exposure{};
+    int width = 0;             ///< of the camera [px]; views of half the size are not judged
     std::vector<float> depth;  ///< Z [m] of the raster, row by row
     std::vector<bool> edge;    ///< depth jumps within two pixels
   };

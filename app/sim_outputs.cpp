@@ -9,8 +9,10 @@
 #include <fmt/format.h>
 
 #include "app/false_obstacles.h"
+#include "app/frames_report.h"
 #include "app/map_view.h"
 #include "app/pictures.h"
+#include "app/safety_report.h"
 #include "app/sight_report.h"
 #include "app/whole_map.h"
 #include "nav/cold_map_file.h"
@@ -198,7 +200,6 @@ Json map_memory(const runtime::Mapper& mapper) {
 
 Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   const auto& mission = session.mission().counters();
-  const auto& frames = session.frame_loop().counters();
   const auto& bus = session.bus_loop().counters();
   const auto& precision = session.precision();
   const auto space = nav::explored(session.mapper().everything(), session.mapper().box());
@@ -234,10 +235,8 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["views"] = session.mission().views_taken();
   report["moving"] = moving_report(session);
   report["body_mask"] = body_mask_report(session.body_mask());
-  report["frames"] = {{"used", frames.frames},
-                      {"lost", frames.lost},
-                      {"no_pose", frames.no_pose},
-                      {"unusable", frames.unusable}};
+  report["safety"] = safety_json(session.bus_loop().safety());
+  report["frames"] = frames_json(session.frame_loop().counters());
   const auto& aligned = session.frame_loop().localisation().counters();
   report["views_aligned"] = {
       {"whole", aligned.whole}, {"partly", aligned.partly}, {"refused", aligned.refused}};

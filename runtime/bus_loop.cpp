@@ -1,5 +1,7 @@
 #include "runtime/bus_loop.h"
 
+#include <algorithm>
+
 #include "hal/step_number.h"
 
 namespace headway::runtime {
@@ -7,6 +9,17 @@ namespace headway::runtime {
 namespace {
 constexpr std::uint8_t kFirstSession = 1;  // 0 means none on the wire
 using hal::kLastSession;
+
+/// No step commits on an older map, nor without a status.
+WatchdogTable watchdogs_for(const nav::StepStackConfig& steps) {
+  WatchdogTable table = kWatchdogs;
+  WatchdogLimits& map = table[static_cast<std::size_t>(SafetySource::kMap)];
+  map.poor = steps.max_map_age;
+  map.lost = std::max(map.lost, 2 * map.poor);
+  WatchdogLimits& control = table[static_cast<std::size_t>(SafetySource::kControl)];
+  control.poor = control.lost = steps.status_timeout;
+  return table;
+}
 }  // namespace
 
 BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker,
@@ -17,14 +30,17 @@ BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head,
       walker_(walker),
       links_(links),
       stack_(config.steps),
+      watchdogs_(watchdogs_for(config.steps)),
       session_(kFirstSession) {
   stack_.begin(session_, config.stance);
 }
 
-void BusLoop::cycle(Time now) noexcept {
+void BusLoop::cycle(Time now, CycleHealth health) noexcept {
   count_cycle(now);
   receive();
   take_samples();
+  new_order_ = links_.order.update();
+  watch(now, health);
   take_order();
   commit_steps(now);
   record_steps();
@@ -68,11 +84,72 @@ void BusLoop::take_samples() noexcept {
   }
 }
 
+void BusLoop::hear_devices(Time now) noexcept {
+  const auto say = [&](SafetySource source, bool is, SourceLevel otherwise) {
+    watchdogs_.say(source, is ? SourceLevel::kFine : otherwise);
+  };
+  const hal::CanBusState bus = bus_.state();
+  say(SafetySource::kBus, bus == hal::CanBusState::kErrorActive || bus == hal::CanBusState::kErrorWarning,
+      bus == hal::CanBusState::kErrorPassive ? SourceLevel::kPoor : SourceLevel::kLost);
+  const hal::HeadState head = head_.state();
+  if (head.health != hal::HeadHealth::kStarting ||
+      watchdogs_.level(SafetySource::kDrives) != SourceLevel::kAwaited)
+    say(SafetySource::kDrives, head.health == hal::HeadHealth::kReady,
+        head.health == hal::HeadHealth::kDegraded ? SourceLevel::kPoor : SourceLevel::kLost);
+  if (walker_.health() != hal::WalkerHealth::kStarting)
+    watchdogs_.hear(SafetySource::kControl, walker_.status().stamp);
+  // It was silent, makes no sense, or knows nothing of this walk any more.
+  const nav::StackStop why = stack_.committed().why;
+  say(SafetySource::kControl, why != nav::StackStop::kLost && why != nav::StackStop::kRestarted,
+      SourceLevel::kLost);
+  if (walker_.clock() || watchdogs_.level(SafetySource::kTime) != SourceLevel::kUnused)
+    say(SafetySource::kTime, walker_.clock().has_value(), SourceLevel::kLost);
+  if (last_chest_ != Time{} && last_head_ != Time{})
+    watchdogs_.hear(SafetySource::kPose, std::min(last_chest_, last_head_));
+  lease_.follow(links_.operator_word.value(), now);
+  if (const auto renewed = lease_.renewed()) watchdogs_.hear(SafetySource::kOperator, *renewed);
+}
+
+void BusLoop::hear_order() noexcept {
+  const MotionOrder& order = links_.order.value();
+  if (order.seen != Time{}) watchdogs_.hear(SafetySource::kPictures, order.seen);
+  if (order.plan.newest_frame > Time{}) watchdogs_.hear(SafetySource::kMap, order.plan.newest_frame);
+}
+
+SafetyInput BusLoop::safety_input() noexcept {
+  const MotionOrder& order = links_.order.value();
+  const OperatorWord& word = links_.operator_word.value();
+  SafetyInput input;
+  input.reset = word.resets != resets_heard_;
+  input.stop_asked = order.end || word.stops != stops_heard_;
+  input.fault = walker_.status().state == hal::WalkState::kFault;
+  input.goal = order.goal;
+  input.goal_after = order.goal_after;
+  resets_heard_ = word.resets;
+  stops_heard_ = word.stops;
+  return input;
+}
+
+/// What the robot may do in this cycle.
+void BusLoop::watch(Time now, CycleHealth health) noexcept {
+  links_.operator_word.update();
+  hear_devices(now);
+  hear_order();
+  watchdogs_.say(SafetySource::kCycles, health == CycleHealth::kOnTime ? SourceLevel::kFine
+                                        : health == CycleHealth::kLate ? SourceLevel::kPoor
+                                                                       : SourceLevel::kLost);
+  watchdogs_.look(now);
+  const SafetyState before = safety_.state();
+  safety_.cycle(safety_input(), watchdogs_);
+  if (safety_.state() != before) links_.safety.push({now, safety_.report()});
+  if (!may_walk(safety_.state()) && (stack_.walking() || planned_)) stack_.stop();
+}
+
 void BusLoop::take_order() noexcept {
-  if (!links_.order.update()) return;
+  if (!new_order_) return;
   const MotionOrder& order = links_.order.value();
   head_.command(order.look);
-  if (order.walk == MotionOrder::Walk::kPlan) take_plan(order.plan);
+  if (order.walk == MotionOrder::Walk::kPlan && may_walk(safety_.state())) take_plan(order.plan);
   if (order.walk == MotionOrder::Walk::kStop && (stack_.walking() || planned_)) stack_.stop();
 }
 
@@ -102,7 +179,8 @@ void BusLoop::commit_steps(Time now) noexcept {
     if (status.session == session_) open_next_session();
   }
   // The control computer must have taken up the session before its first step, else it refuses that step.
-  if (stack_.committed().at_rest && status.session != session_) return;
+  if (stack_.committed().at_rest && (status.session != session_ || !may_begin_to_walk(safety_.state())))
+    return;
   while (const auto step = stack_.due(now, status)) {
     if (!walker_.send(session_, *step)) return;
     stack_.sent(now);
@@ -152,6 +230,7 @@ void BusLoop::report(Time now) noexcept {
   report.last_stop = last_stop_;
   report.last_reject = last_reject_;
   report.last_steps = last_steps_;
+  report.safety = safety_.report();
   links_.report.publish(report);
 }
 

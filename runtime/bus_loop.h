@@ -9,7 +9,10 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
+#include "runtime/cycle_health.h"
 #include "runtime/links.h"
+#include "runtime/operator_lease.h"
+#include "runtime/safety.h"
 
 namespace headway::runtime {
 
@@ -33,16 +36,21 @@ class BusLoop {
  public:
   BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker, Links& links);
 
-  /// One cycle at `now`.
-  void cycle(Time now) noexcept;
+  /// One cycle at `now`. While too many cycles are missed nothing more is walked.
+  void cycle(Time now, CycleHealth health = CycleHealth::kOnTime) noexcept;
 
   const BusLoopCounters& counters() const noexcept { return counters_; }
   const nav::Committed& committed() const noexcept { return stack_.committed(); }
+  const SafetyReport& safety() const noexcept { return safety_.report(); }
 
  private:
   void count_cycle(Time now) noexcept;
   void receive() noexcept;
   void take_samples() noexcept;
+  void watch(Time now, CycleHealth health) noexcept;
+  void hear_devices(Time now) noexcept;
+  void hear_order() noexcept;
+  SafetyInput safety_input() noexcept;
   void take_order() noexcept;
   void take_plan(const nav::StepPlan& plan) noexcept;
   void commit_steps(Time now) noexcept;
@@ -57,6 +65,11 @@ class BusLoop {
   hal::Walker& walker_;
   Links& links_;
   nav::StepStack stack_;
+  Watchdogs watchdogs_;
+  OperatorLease lease_;
+  Safety safety_;
+  std::uint32_t stops_heard_ = 0, resets_heard_ = 0;  ///< of the operator's
+  bool new_order_ = false;                            ///< not looked at yet
   BusLoopCounters counters_;
   Time last_cycle_{}, last_chest_{}, last_head_{};
   std::uint8_t session_ = 0;

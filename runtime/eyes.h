@@ -1,7 +1,9 @@
 // A camera and what makes uncertain points of its frames, as the frame loop uses them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -16,11 +18,20 @@ struct FrameStamp {
   std::uint64_t sequence = 0;
 };
 
+/// How much is made of a frame.
+struct Effort {
+  bool half = false;  ///< the images are matched at half their size, where there is anything to match
+  double farthest =
+      std::numeric_limits<double>::infinity();  ///< depth Z beyond which nothing need be known [m]
+};
+
 class Eyes {
  public:
   virtual ~Eyes() = default;
   /// Takes the newest frame, if there is one that was not taken before.
   virtual std::optional<FrameStamp> take() = 0;
+  /// From the next see() on.
+  virtual void look_with(const Effort&) {}
   /// The points of the frame taken last, in the frame of `left_from_view`; valid until the next call.
   virtual const vision::RangeView& see() = 0;
   /// From the view's (rectified) frame to that of the left camera.
@@ -31,30 +42,42 @@ class Eyes {
   virtual const std::string& fault() const = 0;
 };
 
-/// Two cameras and a matcher.
+/// Two cameras and a matcher; and another for images of half the size, whose points are as many fewer and as
+/// much less sure.
 class StereoEyes final : public Eyes {
  public:
   StereoEyes(hal::StereoCamera& camera, const vision::StereoRig& rig, const vision::VisionConfig& config)
-      : camera_(camera), vision_(rig, config) {}
+      : camera_(camera), whole_(rig, config), half_(rig, halved(config)) {}
 
   std::optional<FrameStamp> take() override {
     if (!camera_.take_newest(frame_)) return std::nullopt;
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
-  const vision::RangeView& see() override { return vision_.see(frame_); }
-  Eigen::Isometry3d left_from_view() const override { return vision_.left_from_rectified(); }
-  const hal::GrayImage* picture() const override { return &vision_.rectified_left(); }
+  void look_with(const Effort& effort) override {
+    vision_ = effort.half ? &half_ : &whole_;
+    farthest_ = effort.farthest;
+  }
+  const vision::RangeView& see() override { return vision_->see(frame_, farthest_); }
+  Eigen::Isometry3d left_from_view() const override { return vision_->left_from_rectified(); }
+  const hal::GrayImage* picture() const override { return &vision_->rectified_left(); }
   /// How the cameras saw the frame seen last.
-  const vision::SightReport& sight() const { return vision_.sight(); }
+  const vision::SightReport& sight() const { return vision_->sight(); }
   /// Of the images, or of the cameras as they see at the moment.
   const std::string& fault() const override {
-    const vision::SightFinding* sight = vision_.sight().fault();
-    return vision_.fault().empty() && sight ? sight->what : vision_.fault();
+    const vision::SightFinding* sight = vision_->sight().fault();
+    return vision_->fault().empty() && sight ? sight->what : vision_->fault();
   }
 
  private:
+  static vision::VisionConfig halved(vision::VisionConfig config) {
+    config.scale = std::max(config.scale / 2, vision::VisionConfig::kSmallestScale);
+    return config;
+  }
+
   hal::StereoCamera& camera_;
-  vision::StereoVision vision_;
+  vision::StereoVision whole_, half_;
+  vision::StereoVision* vision_ = &whole_;
+  double farthest_ = std::numeric_limits<double>::infinity();
   hal::StereoFrame frame_;
 };
 
@@ -73,8 +96,10 @@ class DepthEyes final : public Eyes {
     if (!camera_.take_newest(frame_)) return std::nullopt;
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
+  void look_with(const Effort& effort) override { farthest_ = effort.farthest; }
   const vision::RangeView& see() override {
-    view_ = vision::range_view(frame_, config_.camera, config_.near, config_.far, config_.sigma);
+    view_ = vision::range_view(frame_, config_.camera, config_.near, std::min(config_.far, farthest_),
+                               config_.sigma);
     fault_.clear();
     if (frame_.width != config_.camera.width || frame_.height != config_.camera.height ||
         frame_.depth.size() != view_.depth.size())
@@ -92,6 +117,7 @@ class DepthEyes final : public Eyes {
 
   hal::DepthCamera& camera_;
   Config config_;
+  double farthest_ = std::numeric_limits<double>::infinity();
   hal::DepthFrame frame_;
   vision::RangeView view_;
   std::string fault_;

@@ -1,11 +1,13 @@
 #include "runtime/frame_loop.h"
 
+#include <limits>
 #include <utility>
 
 namespace headway::runtime {
 namespace {
-constexpr int kStepsSure = 4;  // while the head looks elsewhere
-}
+constexpr int kStepsSure = 4;                                       // while the head looks elsewhere
+constexpr double kAsFar = std::numeric_limits<double>::infinity();  // as the cameras are trusted [m]
+}  // namespace
 
 FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, Mission& mission,
                      Links& links, const hal::Clock& stopwatch)
@@ -17,7 +19,8 @@ FrameLoop::FrameLoop(const FrameLoopConfig& config, Eyes& eyes, Mapper& mapper, 
       stopwatch_(stopwatch),
       levelling_(config.levelling),
       localisation_(config.localisation, mapper.voxels()),
-      glance_(config.localisation.glance) {}
+      glance_(config.localisation.glance),
+      budget_(config.budget) {}
 
 void FrameLoop::restore(const nav::SavedMap& known) {
   mapper_.restore(known.map);
@@ -37,6 +40,7 @@ bool FrameLoop::work(Time now) {
     return miss_frames(now);
   }
   last_work_ = now;
+  last_exposure_ = waiting_->exposure;
   use(now, *pose);
   waiting_.reset();
   return true;
@@ -52,10 +56,28 @@ bool FrameLoop::miss_frames(Time now) {
   return true;
 }
 
-void FrameLoop::publish() { links_.order.publish(order_); }
+Duration FrameLoop::charge(const StageTimes& full) {
+  if (!took_) return full.total();
+  took_ = at_level(full, budget_.level()).total();
+  return *took_;
+}
+
+void FrameLoop::publish() {
+  account();
+  links_.order.publish(order_);
+}
+
+/// From what the last frame took follows what is done with the next.
+void FrameLoop::account() {
+  if (!took_) return;
+  counters_.late += budget_.took(*took_);
+  took_.reset();
+}
 
 void FrameLoop::rest() {
   order_.walk = MotionOrder::Walk::kStop;
+  order_.goal = false;
+  order_.end = true;
   publish();
 }
 
@@ -76,6 +98,10 @@ void FrameLoop::take_frame() {
   last_sequence_ = frame->sequence;
   waiting_ = frame;
   waiting_->exposure += config_.camera_time_offset;
+  if (last_exposure_ && budget_.leaves_out(waiting_->exposure - *last_exposure_)) {
+    ++counters_.left_out;
+    waiting_.reset();
+  }
 }
 
 std::optional<FrameLoop::Pose> FrameLoop::pose_at(Time t) const {
@@ -110,6 +136,8 @@ void FrameLoop::glance(Time now, const BusReport& bus) {
 
 void FrameLoop::use(Time now, const Pose& pose) {
   const Time begin = stopwatch_.now();
+  const FrameLevel level = budget_.level();
+  eyes_.look_with({level >= FrameLevel::kHalfResolution, level >= FrameLevel::kNear ? config_.near : kAsFar});
   const vision::RangeView& view = eyes_.see();
   const Time seen = stopwatch_.now();
   Eigen::Isometry3d odom_from_view =
@@ -147,8 +175,9 @@ void FrameLoop::use(Time now, const Pose& pose) {
   const Time planned = stopwatch_.now();
 
   times_ = {seen - begin, mapped - seen, projected - mapped, planned - projected};
+  took_ = times_.total();
   ++counters_.frames;
-  if (times_.total() > config_.budget) ++counters_.late;
+  ++counters_.at_level[static_cast<std::size_t>(level)];
   if (observer_)
     observer_({*waiting_, view, eyes_.picture(), map_from_view, map_from_chest, mapper_, mission_, bus,
                order_, integration, times_});

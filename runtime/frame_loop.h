@@ -1,6 +1,7 @@
 // The work between two frames: look, map, floor, plan. One direction, newest frame wins.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -10,10 +11,12 @@
 #include "nav/cold_map_file.h"
 #include "nav/levelling.h"
 #include "runtime/eyes.h"
+#include "runtime/frame_budget.h"
 #include "runtime/links.h"
 #include "runtime/localisation.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
+#include "runtime/stage_times.h"
 
 namespace headway::runtime {
 
@@ -23,15 +26,10 @@ struct FrameLoopConfig {
   Duration pose_wait = seconds(0.1);  ///< a frame whose pose has not come by then is skipped
   Duration pose_gap = seconds(0.1);   ///< poses are not interpolated over a gap wider than this
   Duration silence = seconds(1);      ///< without a frame, after which the mission is told of it
-  Duration budget = seconds(0.1);     ///< the camera's period: work that takes longer is counted as late
+  FrameBudgetConfig budget{};
+  double near = 3.0;  ///< when there is time for no more, nothing is taken in from farther away [m]
   nav::LevellingConfig levelling{};
   LocalisationConfig localisation{};
-};
-
-/// Time spent on each stage of one frame.
-struct StageTimes {
-  Duration see{}, map{}, floor{}, plan{};  ///< map: aligned with it and taken in
-  Duration total() const { return see + map + floor + plan; }
 };
 
 struct FrameLoopCounters {
@@ -39,7 +37,9 @@ struct FrameLoopCounters {
   std::uint64_t lost = 0;      ///< gaps in the camera's numbers: superseded by newer ones, or never delivered
   std::uint64_t no_pose = 0;   ///< skipped: the pose at their exposure is not known
   std::uint64_t unusable = 0;  ///< of those used: told the map nothing (a fault, or no point measured)
-  std::uint64_t late = 0;      ///< took longer than the budget
+  std::uint64_t late = 0;      ///< took longer than there was time
+  std::uint64_t left_out = 0;  ///< not looked at, to have more time for others
+  std::array<std::uint64_t, kFrameLevels> at_level{};  ///< of those used, by FrameLevel
 };
 
 /// What can be seen of one frame's work; the references hold during the observer's call only.
@@ -73,6 +73,9 @@ class FrameLoop {
   /// Works on the newest frame whose pose is known. True when there is an order to publish: of a frame, or
   /// for want of frames.
   bool work(Time now);
+  /// In simulation: the last work() is to take as long as these stages do at full effort, whatever was
+  /// measured. How long that is.
+  Duration charge(const StageTimes& full);
   /// Hands the order of the last work() to the bus loop.
   void publish();
   /// Hands over that nothing more is to be walked; the head stays as it was told last.
@@ -80,6 +83,7 @@ class FrameLoop {
 
   const FrameLoopCounters& counters() const { return counters_; }
   const StageTimes& times() const { return times_; }
+  FrameLevel level() const { return budget_.level(); }
   const Localisation& localisation() const { return localisation_; }
   const nav::Levelling& levelling() const { return levelling_; }
 
@@ -90,6 +94,7 @@ class FrameLoop {
   };
   void take_samples();
   void take_frame();
+  void account();
   bool miss_frames(Time now);
   std::optional<Pose> pose_at(Time t) const;
   BusReport report_in_map() const;
@@ -110,9 +115,12 @@ class FrameLoop {
   hal::HeadHistory head_;
   std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
   std::optional<std::uint64_t> last_sequence_;
+  FrameBudget budget_;
+  std::optional<Duration> took_;  ///< the last work(), while it is not accounted for
   Time last_look_ = nav::kNever;  ///< exposure of the newest frame that told the map something
   std::optional<Time> last_work_;
   // Of the newest frame that was worked on:
+  std::optional<Time> last_exposure_;
   hal::HeadAngles last_head_;
   Eigen::Isometry3d last_chest_ = Eigen::Isometry3d::Identity();  ///< in the map
   MotionOrder order_;

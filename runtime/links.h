@@ -8,6 +8,8 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
+#include "runtime/operator_lease.h"
+#include "runtime/safety.h"
 
 namespace headway::runtime {
 
@@ -23,6 +25,7 @@ struct BusReport {
   nav::StackStop last_stop = nav::StackStop::kNone;      ///< why it ended early
   hal::StepReject last_reject = hal::StepReject::kNone;  ///< what the control computer said against a step
   std::uint32_t last_steps = 0;                          ///< steps walked
+  SafetyReport safety;
 };
 
 /// Frame loop -> bus loop: what the robot is to do until the next order.
@@ -33,6 +36,10 @@ struct MotionOrder {
     kPlan,  ///< follow `plan`, in place of the last one; starts a walk when at rest
   } walk = Walk::kStop;
   nav::StepPlan plan;
+  Time seen{};                   ///< when a picture that can be used was worked on last; zero: never
+  bool goal = false;             ///< one is pursued, at the moment perhaps at rest
+  std::uint32_t goal_after = 0;  ///< SafetyReport::stops as known when it was given
+  bool end = false;              ///< a stop that holds: the program ends
 };
 
 /// Bus loop -> frame loop: one line for each step that the robot has begun to walk.
@@ -44,6 +51,12 @@ struct StepRecord {
   Pose2 landing;  ///< of the foot, in the odometry frame
 };
 
+/// Bus loop -> whoever tells people.
+struct SafetyChange {
+  Time stamp{};
+  SafetyReport safety;  ///< since then
+};
+
 struct HeadSample {
   Time stamp{};
   hal::HeadAngles angles;
@@ -52,9 +65,11 @@ struct HeadSample {
 struct Links {
   hal::NewestSlot<BusReport> report;
   hal::NewestSlot<MotionOrder> order;
+  hal::NewestSlot<OperatorWord> operator_word;  ///< operator's server -> bus loop
   hal::BoundedQueue<hal::ChestSample, 256> chest;
   hal::BoundedQueue<HeadSample, 256> head;
   hal::BoundedQueue<StepRecord, 256> steps;
+  hal::BoundedQueue<SafetyChange, 64> safety;
 };
 
 }  // namespace headway::runtime

@@ -33,7 +33,7 @@ class Lockstep {
     }
     if (!busy_ && frames_.work(now)) {
       busy_ = true;
-      done_at_ = now + config_.charge.total();
+      done_at_ = now + frames_.charge(config_.charge);
     }
   }
 

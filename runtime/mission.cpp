@@ -66,6 +66,7 @@ Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
 void Mission::set_goal(const nav::Goal& goal) {
   const bool again = over();
   goal_ = goal;
+  goal_after_ = stops_;
   reason_.clear();
   walk_.reset();
   planned_once_ = false;
@@ -78,6 +79,16 @@ void Mission::set_goal(const nav::Goal& goal) {
 }
 
 MotionOrder Mission::update(const MissionInput& input) {
+  stops_ = input.bus.safety.stops;
+  if (!input.faulty) seen_ = input.now;
+  MotionOrder order = decide(input);
+  order.seen = seen_;
+  order.goal = goal_ && !over();
+  order.goal_after = goal_after_;
+  return order;
+}
+
+MotionOrder Mission::decide(const MissionInput& input) {
   second_look_.follow(input.mapper);
   auto reason = hopeless(input);
   if (reason && goal_ && !over() && state_ != MissionState::kStarting) give_up(*std::move(reason));
@@ -106,6 +117,9 @@ std::optional<std::string> Mission::hopeless(const MissionInput& input) {
   auto blind = blind_too_long(input);
   if (input.bus.walk.state == hal::WalkState::kFault) return "the control computer reports a fault";
   if (auto refused = refusals_.look(input.bus)) return refused;
+  if (goal_after_ != stops_)
+    return "stopped for safety: " + describe(input.bus.safety) +
+           (input.blind.empty() ? "" : "; " + input.blind);
   return blind;
 }
 

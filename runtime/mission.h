@@ -102,6 +102,7 @@ class Mission {
   const MissionCounters& counters() const { return counters_; }
 
  private:
+  MotionOrder decide(const MissionInput& input);
   std::optional<std::string> hopeless(const MissionInput& input);
   std::optional<std::string> blind_too_long(const MissionInput& input);
   MotionOrder starting(const MissionInput& input);
@@ -133,6 +134,9 @@ class Mission {
   FloorGate gate_;
   MissionState state_ = MissionState::kStarting;
   std::optional<nav::Goal> goal_;
+  std::uint32_t stops_ = 0,
+                goal_after_ = 0;  ///< safety stops: known of, and known of when the goal was given
+  Time seen_{};                   ///< when a picture that can be used came last
   std::string reason_;
   std::optional<nav::NextView> next_view_;
   bool exploring_ = false;                 ///< looks around for what is unseen, not through the viewpoints

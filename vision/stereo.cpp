@@ -35,11 +35,12 @@ StereoVision::StereoVision(const StereoRig& rig, const VisionConfig& config)
   sigma_.base = rectifier_.rig().disparity_sigma;
 }
 
-const RangeView& StereoVision::see(const hal::StereoFrame& frame) {
+const RangeView& StereoVision::see(const hal::StereoFrame& frame, double farthest) {
   disparity_.resize(camera().width, camera().height);
   if (usable(frame)) find_disparities(frame);
   range_view(disparity_, rig(), view_);
   drop_veils(disparity_, veils_, view_);
+  view_.far = std::max(view_.near, std::min(view_.far, farthest));
   return view_;
 }
 

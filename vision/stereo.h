@@ -1,6 +1,7 @@
 // The whole of vision: a pair of raw images in, uncertain points out.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -18,6 +19,7 @@
 namespace headway::vision {
 
 struct VisionConfig {
+  static constexpr double kSmallestScale = 0.1;
   double scale = 1;  ///< of the matched images: 0.5 is four times faster and half as precise
   MatcherConfig matcher;
   /// The census matcher searches up to this share of the rig's nearest depth, as far as it can. What stands
@@ -39,8 +41,10 @@ class StereoVision {
   explicit StereoVision(const StereoRig& rig, const VisionConfig& config = {});
 
   /// What the pair shows. The view stays valid until the next call. A pair that cannot be used (wrong size)
-  /// gives a view without points, and `fault` says why; never throws because of an image.
-  const RangeView& see(const hal::StereoFrame& frame);
+  /// gives a view without points, and `fault` says why; never throws because of an image. Beyond `farthest`
+  /// [m], where that is nearer than the rig's, the view tells no more than that rays are empty up to there.
+  const RangeView& see(const hal::StereoFrame& frame,
+                       double farthest = std::numeric_limits<double>::infinity());
 
   const std::string& fault() const { return fault_; }  ///< empty when the last pair was used
 

@@ -41,7 +41,9 @@ struct Rig {
     order.plan.first_index = c.next_index;
     order.plan.count = count;
     order.plan.complete = complete;
-    order.plan.newest_frame = clock.now();
+    order.plan.newest_frame = order.seen = clock.now();
+    order.goal = true;
+    order.goal_after = links.report.value().safety.stops;
     for (int i = 0; i < count; ++i) {
       const bool left = (c.next_index + static_cast<std::uint32_t>(i)) % 2 == 0;
       order.plan.steps[static_cast<std::size_t>(i)] = {
@@ -98,7 +100,7 @@ TEST(BusLoop, RecordsOnlyStepsThatTheRobotWalksAndWhereTheyLand) {
   rig.walker.refused = 2;
   rig.run(0.1);
   rig.order(5);
-  rig.run(4);
+  rig.run(2.5);
   EXPECT_EQ(rig.walker.sent_count, 3U) << "all three were handed over";
   std::vector<StepRecord> records;
   for (StepRecord record; rig.links.steps.pop(record);) records.push_back(record);
