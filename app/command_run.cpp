@@ -9,6 +9,7 @@
 
 #include "app/can_transport.h"
 #include "app/commands.h"
+#include "app/end_at_once.h"
 #include "app/finite_range.h"
 #include "app/hardware.h"
 #include "app/interrupts.h"
@@ -19,7 +20,7 @@
 #include "hal/error.h"
 #include "nav/cold_map_file.h"
 #include "runtime/durable_file.h"
-#include "runtime/threads.h"
+#include "runtime/real_time.h"
 
 namespace headway::app {
 
@@ -83,6 +84,14 @@ class Log {
     said_at_ = status.stamp;
   }
 
+  /// How the bus loop keeps time.
+  void see(runtime::CycleHealth health, std::uint64_t missed) {
+    if (health == health_) return;
+    health_ = health;
+    say("the bus loop is {}: {} cycles missed so far{}", name(health), missed,
+        health == runtime::CycleHealth::kFailing ? "; nothing is walked until fewer are missed" : "");
+  }
+
   template <class... Values>
   void say(fmt::format_string<Values...> text, Values&&... values) {
     // A terminal that is gone must not keep the robot from coming to rest.
@@ -100,6 +109,7 @@ class Log {
   Time begin_, said_at_{};
   bool said_ = false;
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
+  runtime::CycleHealth health_ = runtime::CycleHealth::kOnTime;
 };
 
 /// Our clock less the control computer's; nothing where that is not known.
@@ -109,40 +119,61 @@ Json clock_of(const hal::Walker& walker) {
   return {{"offset_s", to_seconds(clock->offset)}, {"uncertainty_s", to_seconds(clock->uncertainty)}};
 }
 
+/// In microseconds: what a loop's times are.
+void add_spread(Json& json, const std::string& what, const runtime::Spread& spread) {
+  const auto us = [](Duration d) { return rounded(1e6 * to_seconds(d), 1); };
+  json[what + "_p50_us"] = us(spread.p50);
+  json[what + "_p99_us"] = us(spread.p99);
+  json[what + "_p999_us"] = us(spread.p999);
+  json[what + "_max_us"] = us(spread.max);
+}
+
+/// How the loops kept time, and what the bus loop did.
+void add_loops(Json& report, const LiveSession& session) {
+  const runtime::BusLoopCounters& bus = session.bus_loop().counters();
+  const runtime::LoopFigures times = session.loops().figures();
+  Json& loop = report["bus_loop"];
+  loop = {{"cycles", bus.cycles},
+          {"missed", times.missed},
+          {"plans_taken", bus.plans_taken},
+          {"plans_late", bus.plans_late},
+          {"walks_ended_early", bus.stops},
+          {"major_faults", times.bus_faults.major},
+          {"minor_faults", times.bus_faults.minor}};
+  add_spread(loop, "wake", times.bus_wake_up);
+  add_spread(loop, "run", times.bus_run);
+  add_spread(report["frames"], "run", times.frame_run);
+}
+
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
                const CanTransport& wire, bool rests) {
-  const runtime::BusLoopCounters& bus = session.bus_loop().counters();
   const runtime::FrameLoopCounters& frames = session.frame_loop().counters();
   const runtime::MissionCounters& mission = session.mission().counters();
   const hal::CanBusStats can = wire.bus->stats();
-  return {{"robot", robot.name},
-          {"bus", options.bus},
-          {"end", name(session.mission().state())},
-          {"reason", session.mission().reason()},
-          {"stands", rests},
-          {"frames",
-           {{"used", frames.frames},
-            {"lost", frames.lost},
-            {"no_pose", frames.no_pose},
-            {"unusable", frames.unusable},
-            {"late", frames.late}}},
-          {"plans", mission.plans},
-          {"replans", mission.replans},
-          {"bus_loop",
-           {{"cycles", bus.cycles},
-            {"missed", bus.missed},
-            {"plans_taken", bus.plans_taken},
-            {"plans_late", bus.plans_late},
-            {"walks_ended_early", bus.stops}}},
-          {"control_clock", clock_of(session.walker())},
-          {"can",
-           {{"sent", can.sent},
-            {"received", can.received},
-            {"refused", can.refused},
-            {"lost", can.lost},
-            {"unusable", can.unusable},
-            {"bus_off", can.bus_off},
-            {"gone", can.gone}}}};
+  Json report = {{"robot", robot.name},
+                 {"bus", options.bus},
+                 {"end", name(session.mission().state())},
+                 {"reason", session.mission().reason()},
+                 {"stands", rests},
+                 {"frames",
+                  {{"used", frames.frames},
+                   {"lost", frames.lost},
+                   {"no_pose", frames.no_pose},
+                   {"unusable", frames.unusable},
+                   {"late", frames.late}}},
+                 {"plans", mission.plans},
+                 {"replans", mission.replans},
+                 {"control_clock", clock_of(session.walker())},
+                 {"can",
+                  {{"sent", can.sent},
+                   {"received", can.received},
+                   {"refused", can.refused},
+                   {"lost", can.lost},
+                   {"unusable", can.unusable},
+                   {"bus_off", can.bus_off},
+                   {"gone", can.gone}}}};
+  add_loops(report, session);
+  return report;
 }
 
 void write_map(const LiveSession& session, OutputFolder& folder) {
@@ -166,27 +197,29 @@ int run(Options options) {
   if (!options.out.empty())
     out.emplace(options.out, "run",
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
+  const std::string memory_refusal = runtime::lock_memory(robot.loops.real_time);
   // What the session needs until it has come to rest is made before it.
   const Interrupts interrupts;
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
-  const auto adapter = serve(wire);
+  const auto adapter = serve(wire, robot.loops.real_time);
   const auto camera = open_cameras(hardware, robot.rig, clock);
   runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
   LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
-  for (const std::string& refusal : {runtime::lock_memory(), adapter ? adapter->refusal() : std::string()})
-    if (!refusal.empty()) log.say("{}; see docs/bring-up.md", refusal);
   session.start();
-  if (!session.refusal().empty()) log.say("{}; see docs/bring-up.md", session.refusal());
+  for (const std::string& refusal :
+       {memory_refusal, adapter ? adapter->refusal() : std::string(), session.refusal()})
+    if (!refusal.empty()) log.say("{}", refusal);
   service.ready();
   LiveStatus status;
   std::optional<std::string> failure, hanging;
   bool over = false;
   while (!over && !interrupts.asked() && !failure) {
     if (session.look(status)) log.see(status);
+    log.see(session.loops().bus_health(), session.loops().bus_missed());
     over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
     failure = session.failure();
     const bool hung = hanging.has_value();
@@ -202,6 +235,9 @@ int run(Options options) {
   if (failure) log.say("a loop broke: {}", *failure);
   log.say("{}", rests ? "stands"
                       : "it is not known whether the robot stands: the control computer does not say so");
+  if (const std::string loop = session.left_hanging(); !loop.empty())
+    end_at_once(
+        fmt::format("the {} loop hangs, and was not waited for; neither map nor report were written", loop));
   if (out) {
     write_map(session, *out);
     out->report(report_of(options, robot, session, wire, rests));

@@ -11,21 +11,17 @@ using hal::kLastSession;
 
 BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker,
                  Links& links)
-    : config_(config),
-      bus_(bus),
-      head_(head),
-      walker_(walker),
-      links_(links),
-      stack_(config.steps),
-      session_(kFirstSession) {
+    : bus_(bus), head_(head), walker_(walker), links_(links), stack_(config.steps), session_(kFirstSession) {
   stack_.begin(session_, config.stance);
 }
 
-void BusLoop::cycle(Time now) noexcept {
-  count_cycle(now);
+void BusLoop::cycle(Time now, CycleHealth health) noexcept {
+  ++counters_.cycles;
   receive();
   take_samples();
+  held_ = resting_ || health == CycleHealth::kFailing;
   take_order();
+  if (held_ && (stack_.walking() || planned_)) stack_.stop();
   commit_steps(now);
   record_steps();
   request_walk(now);
@@ -34,13 +30,10 @@ void BusLoop::cycle(Time now) noexcept {
   report(now);
 }
 
-void BusLoop::count_cycle(Time now) noexcept {
-  if (counters_.cycles > 0) {
-    const auto periods = (now - last_cycle_ + config_.period / 2) / config_.period;
-    if (periods > 1) counters_.missed += static_cast<std::uint64_t>(periods - 1);
-  }
-  ++counters_.cycles;
-  last_cycle_ = now;
+bool BusLoop::stands() const noexcept {
+  const hal::WalkerHealth health = walker_.health();
+  const bool heard = health == hal::WalkerHealth::kReady || health == hal::WalkerHealth::kNoChest;
+  return stack_.committed().at_rest && heard && walker_.status().state == hal::WalkState::kStanding;
 }
 
 void BusLoop::receive() noexcept {
@@ -72,7 +65,7 @@ void BusLoop::take_order() noexcept {
   if (!links_.order.update()) return;
   const MotionOrder& order = links_.order.value();
   head_.command(order.look);
-  if (order.walk == MotionOrder::Walk::kPlan) take_plan(order.plan);
+  if (order.walk == MotionOrder::Walk::kPlan && !held_) take_plan(order.plan);
   if (order.walk == MotionOrder::Walk::kStop && (stack_.walking() || planned_)) stack_.stop();
 }
 

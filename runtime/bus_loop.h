@@ -9,12 +9,12 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
+#include "runtime/cycle.h"
 #include "runtime/links.h"
 
 namespace headway::runtime {
 
 struct BusLoopConfig {
-  Duration period = seconds(0.005);
   hal::Stance stance;  ///< the feet when the robot was set up, in the odometry frame
   nav::StepStackConfig steps;
 };
@@ -22,7 +22,6 @@ struct BusLoopConfig {
 /// Counted from the first cycle on.
 struct BusLoopCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t missed = 0;  ///< periods in which no cycle began
   std::uint64_t frames = 0;  ///< CAN frames received
   std::uint64_t plans_taken = 0, plans_late = 0, plans_refused = 0;
   std::uint64_t stops = 0;  ///< walks ended before their plan was complete
@@ -33,14 +32,17 @@ class BusLoop {
  public:
   BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker, Links& links);
 
-  /// One cycle at `now`.
-  void cycle(Time now) noexcept;
+  /// One cycle at `now`. While too many cycles are missed nothing more is walked.
+  void cycle(Time now, CycleHealth health = CycleHealth::kOnTime) noexcept;
+  /// From now on nothing more is walked, whatever is ordered.
+  void come_to_rest() noexcept { resting_ = true; }
+  /// Nothing is left to walk, and the control computer says that the robot stands.
+  bool stands() const noexcept;
 
   const BusLoopCounters& counters() const noexcept { return counters_; }
   const nav::Committed& committed() const noexcept { return stack_.committed(); }
 
  private:
-  void count_cycle(Time now) noexcept;
   void receive() noexcept;
   void take_samples() noexcept;
   void take_order() noexcept;
@@ -51,17 +53,18 @@ class BusLoop {
   void request_walk(Time now) noexcept;
   void report(Time now) noexcept;
 
-  BusLoopConfig config_;
   hal::CanBus& bus_;
   hal::Head& head_;
   hal::Walker& walker_;
   Links& links_;
   nav::StepStack stack_;
   BusLoopCounters counters_;
-  Time last_cycle_{}, last_chest_{}, last_head_{};
+  Time last_chest_{}, last_head_{};
   std::uint8_t session_ = 0;
   bool heard_ = false;                       ///< the control computer, since the beginning
   bool planned_ = false;                     ///< the session has a plan with steps
+  bool resting_ = false;                     ///< for good
+  bool held_ = false;                        ///< in this cycle no plan is taken, and a walk ends
   std::array<StepRecord, 8> handed_over_{};  ///< step i at i modulo the size; at most four wait
   std::uint32_t recorded_ = 0;               ///< steps of the session that have begun
   nav::StackStop last_stop_ = nav::StackStop::kNone;
