@@ -128,52 +128,54 @@ void add_spread(Json& json, const std::string& what, const runtime::Spread& spre
   json[what + "_max_us"] = us(spread.max);
 }
 
-/// How the loops kept time, and what the bus loop did.
-void add_loops(Json& report, const LiveSession& session) {
+Json bus_loop_of(const LiveSession& session) {
   const runtime::BusLoopCounters& bus = session.bus_loop().counters();
   const runtime::LoopFigures times = session.loops().figures();
-  Json& loop = report["bus_loop"];
-  loop = {{"cycles", bus.cycles},
-          {"missed", times.missed},
-          {"plans_taken", bus.plans_taken},
-          {"plans_late", bus.plans_late},
-          {"walks_ended_early", bus.stops},
-          {"major_faults", times.bus_faults.major},
-          {"minor_faults", times.bus_faults.minor}};
-  add_spread(loop, "wake", times.bus_wake_up);
-  add_spread(loop, "run", times.bus_run);
-  add_spread(report["frames"], "run", times.frame_run);
+  Json json = {{"cycles", bus.cycles},
+               {"missed", times.missed},
+               {"plans_taken", bus.plans_taken},
+               {"plans_late", bus.plans_late},
+               {"walks_ended_early", bus.stops},
+               {"major_faults", times.bus_faults.major},
+               {"minor_faults", times.bus_faults.minor}};
+  add_spread(json, "wake", times.bus_wake_up);
+  add_spread(json, "run", times.bus_run);
+  return json;
+}
+
+Json frames_of(const LiveSession& session) {
+  const runtime::FrameLoopCounters& frames = session.frame_loop().counters();
+  Json json = {{"used", frames.frames},
+               {"lost", frames.lost},
+               {"no_pose", frames.no_pose},
+               {"unusable", frames.unusable},
+               {"late", frames.late}};
+  add_spread(json, "run", session.loops().figures().frame_run);
+  return json;
 }
 
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
                const CanTransport& wire, bool rests) {
-  const runtime::FrameLoopCounters& frames = session.frame_loop().counters();
   const runtime::MissionCounters& mission = session.mission().counters();
   const hal::CanBusStats can = wire.bus->stats();
-  Json report = {{"robot", robot.name},
-                 {"bus", options.bus},
-                 {"end", name(session.mission().state())},
-                 {"reason", session.mission().reason()},
-                 {"stands", rests},
-                 {"frames",
-                  {{"used", frames.frames},
-                   {"lost", frames.lost},
-                   {"no_pose", frames.no_pose},
-                   {"unusable", frames.unusable},
-                   {"late", frames.late}}},
-                 {"plans", mission.plans},
-                 {"replans", mission.replans},
-                 {"control_clock", clock_of(session.walker())},
-                 {"can",
-                  {{"sent", can.sent},
-                   {"received", can.received},
-                   {"refused", can.refused},
-                   {"lost", can.lost},
-                   {"unusable", can.unusable},
-                   {"bus_off", can.bus_off},
-                   {"gone", can.gone}}}};
-  add_loops(report, session);
-  return report;
+  return {{"robot", robot.name},
+          {"bus", options.bus},
+          {"end", name(session.mission().state())},
+          {"reason", session.mission().reason()},
+          {"stands", rests},
+          {"frames", frames_of(session)},
+          {"plans", mission.plans},
+          {"replans", mission.replans},
+          {"bus_loop", bus_loop_of(session)},
+          {"control_clock", clock_of(session.walker())},
+          {"can",
+           {{"sent", can.sent},
+            {"received", can.received},
+            {"refused", can.refused},
+            {"lost", can.lost},
+            {"unusable", can.unusable},
+            {"bus_off", can.bus_off},
+            {"gone", can.gone}}}};
 }
 
 void write_map(const LiveSession& session, OutputFolder& folder) {

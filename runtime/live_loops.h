@@ -44,8 +44,8 @@ struct LoopFigures {
   PageFaults bus_faults;     ///< of the bus loop's rounds; known when it has ended
 };
 
-/// Once started, `bus` and `frames` belong to the threads until stop() has returned, and for good to one that
-/// hangs().
+/// Once started, `bus` and `frames` belong to the threads until stop() has returned; what a loop that was
+/// left hanging uses stays its own.
 class LiveLoops {
  public:
   LiveLoops(const LiveConfig& config, hal::Clock& clock, BusLoop& bus, FrameLoop& frames, Links& links)
