@@ -70,11 +70,12 @@ CanTransport open_can_transport(const std::string& name, hal::Clock& clock, cons
                                can_transports()));
 }
 
-std::unique_ptr<runtime::Thread> serve(const CanTransport& transport) {
+std::unique_ptr<runtime::Thread> serve(const CanTransport& transport, const runtime::RealTime& real_time) {
   if (!transport.serve) return nullptr;
-  return std::make_unique<runtime::Thread>(runtime::ThreadId::kAdapter, [&](const std::atomic<bool>& stop) {
+  const auto serve_it = [&](const std::atomic<bool>& stop) {
     while (!stop) transport.serve(seconds(0.1));
-  });
+  };
+  return std::make_unique<runtime::Thread>(runtime::ThreadId::kAdapter, serve_it, real_time);
 }
 
 }  // namespace headway::app

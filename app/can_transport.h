@@ -35,7 +35,9 @@ CanTransport open_can_transport(const std::string& name, hal::Clock& clock,
 /// What the robot's loops listen to: all that others than the vision computer send (docs/bus.md).
 std::vector<std::uint32_t> identifiers_of_the_loops();
 
-/// A thread that does so, where the bus needs one; else null. The transport must outlive it.
-std::unique_ptr<runtime::Thread> serve(const CanTransport& transport);
+/// A thread that does so, where the bus needs one; else null. The transport must outlive it. Throws as
+/// runtime::Thread.
+std::unique_ptr<runtime::Thread> serve(const CanTransport& transport,
+                                       const runtime::RealTime& real_time = {});
 
 }  // namespace headway::app

@@ -9,6 +9,7 @@
 
 #include "app/can_transport.h"
 #include "app/commands.h"
+#include "app/end_at_once.h"
 #include "app/finite_range.h"
 #include "app/frames_report.h"
 #include "app/hardware.h"
@@ -21,7 +22,7 @@
 #include "hal/error.h"
 #include "nav/cold_map_file.h"
 #include "runtime/durable_file.h"
-#include "runtime/threads.h"
+#include "runtime/real_time.h"
 
 namespace headway::app {
 
@@ -90,6 +91,14 @@ class Log {
     say("safety: {}: {}", name(safety.state), describe(safety));
   }
 
+  /// How the bus loop keeps time.
+  void see(runtime::CycleHealth health, std::uint64_t missed) {
+    if (health == health_) return;
+    health_ = health;
+    say("the bus loop is {}: {} cycles missed so far{}", name(health), missed,
+        health == runtime::CycleHealth::kFailing ? "; nothing is walked until fewer are missed" : "");
+  }
+
   template <class... Values>
   void say(fmt::format_string<Values...> text, Values&&... values) {
     // A terminal that is gone must not keep the robot from coming to rest.
@@ -108,6 +117,7 @@ class Log {
   bool said_ = false;
   runtime::FrameLevel level_ = runtime::FrameLevel::kFull;
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
+  runtime::CycleHealth health_ = runtime::CycleHealth::kOnTime;
 };
 
 /// Our clock less the control computer's; nothing where that is not known.
@@ -117,9 +127,38 @@ Json clock_of(const hal::Walker& walker) {
   return {{"offset_s", to_seconds(clock->offset)}, {"uncertainty_s", to_seconds(clock->uncertainty)}};
 }
 
+/// In microseconds: what a loop's times are.
+void add_spread(Json& json, const std::string& what, const runtime::Spread& spread) {
+  const auto us = [](Duration d) { return rounded(1e6 * to_seconds(d), 1); };
+  json[what + "_p50_us"] = us(spread.p50);
+  json[what + "_p99_us"] = us(spread.p99);
+  json[what + "_p999_us"] = us(spread.p999);
+  json[what + "_max_us"] = us(spread.max);
+}
+
+Json bus_loop_of(const LiveSession& session) {
+  const runtime::BusLoopCounters& bus = session.bus_loop().counters();
+  const runtime::LoopFigures times = session.loops().figures();
+  Json json = {{"cycles", bus.cycles},
+               {"missed", times.missed},
+               {"plans_taken", bus.plans_taken},
+               {"plans_late", bus.plans_late},
+               {"walks_ended_early", bus.stops},
+               {"major_faults", times.bus_faults.major},
+               {"minor_faults", times.bus_faults.minor}};
+  add_spread(json, "wake", times.bus_wake_up);
+  add_spread(json, "run", times.bus_run);
+  return json;
+}
+
+Json frames_of(const LiveSession& session) {
+  Json json = frames_json(session.frame_loop().counters());
+  add_spread(json, "run", session.loops().figures().frame_run);
+  return json;
+}
+
 Json report_of(const Options& options, const Robot& robot, const LiveSession& session,
                const CanTransport& wire, bool rests) {
-  const runtime::BusLoopCounters& bus = session.bus_loop().counters();
   const runtime::MissionCounters& mission = session.mission().counters();
   const hal::CanBusStats can = wire.bus->stats();
   return {{"robot", robot.name},
@@ -127,15 +166,10 @@ Json report_of(const Options& options, const Robot& robot, const LiveSession& se
           {"end", name(session.mission().state())},
           {"reason", session.mission().reason()},
           {"stands", rests},
-          {"frames", frames_json(session.frame_loop().counters())},
+          {"frames", frames_of(session)},
           {"plans", mission.plans},
           {"replans", mission.replans},
-          {"bus_loop",
-           {{"cycles", bus.cycles},
-            {"missed", bus.missed},
-            {"plans_taken", bus.plans_taken},
-            {"plans_late", bus.plans_late},
-            {"walks_ended_early", bus.stops}}},
+          {"bus_loop", bus_loop_of(session)},
           {"safety", safety_json(session.bus_loop().safety())},
           {"control_clock", clock_of(session.walker())},
           {"can",
@@ -169,21 +203,22 @@ int run(Options options) {
   if (!options.out.empty())
     out.emplace(options.out, "run",
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
+  const std::string memory_refusal = runtime::lock_memory(robot.loops.real_time);
   // What the session needs until it has come to rest is made before it.
   const Interrupts interrupts;
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
-  const auto adapter = serve(wire);
+  const auto adapter = serve(wire, robot.loops.real_time);
   const auto camera = open_cameras(hardware, robot.rig, clock);
   runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
   LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
-  for (const std::string& refusal : {runtime::lock_memory(), adapter ? adapter->refusal() : std::string()})
-    if (!refusal.empty()) log.say("{}; see docs/bring-up.md", refusal);
   session.start();
-  if (!session.refusal().empty()) log.say("{}; see docs/bring-up.md", session.refusal());
+  for (const std::string& refusal :
+       {memory_refusal, adapter ? adapter->refusal() : std::string(), session.refusal()})
+    if (!refusal.empty()) log.say("{}", refusal);
   service.ready();
   LiveStatus status;
   std::optional<std::string> failure, hanging;
@@ -191,6 +226,7 @@ int run(Options options) {
   while (!over && !interrupts.asked() && !failure) {
     if (session.look(status)) log.see(status);
     for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
+    log.see(session.loops().bus_health(), session.loops().bus_missed());
     over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
     failure = session.failure();
     const bool hung = hanging.has_value();
@@ -207,6 +243,9 @@ int run(Options options) {
   if (failure) log.say("a loop broke: {}", *failure);
   log.say("{}", rests ? "stands"
                       : "it is not known whether the robot stands: the control computer does not say so");
+  if (const std::string loop = session.left_hanging(); !loop.empty())
+    end_at_once(
+        fmt::format("the {} loop hangs, and was not waited for; neither map nor report were written", loop));
   if (out) {
     write_map(session, *out);
     out->report(report_of(options, robot, session, wire, rests));

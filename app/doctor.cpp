@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "app/first_line.h"
+#include "runtime/real_time.h"
 #include "runtime/threads.h"
 
 namespace headway::app {
@@ -33,19 +34,14 @@ const char* word(Verdict verdict) {
 }
 
 void examine_rights(const MachineFacts& facts, Diagnosis& into) {
-  int most = 0;
-  for (const runtime::ThreadKind& kind : runtime::kThreads) most = std::max(most, kind.priority);
-  const auto wanted = static_cast<std::uint64_t>(most);
+  const auto wanted = static_cast<std::uint64_t>(runtime::highest_priority());
   if (facts.root_user || facts.realtime_priority >= wanted)
     into.ok("real-time priority",
             facts.root_user ? "root may" : fmt::format("up to {}", facts.realtime_priority));
   else
     into.fail("real-time priority",
               fmt::format("up to {}, the bus loop wants {}", facts.realtime_priority, wanted),
-              fmt::format("in /etc/security/limits.d/headway.conf: '@headway - rtprio {0}'; 'sudo usermod "
-                          "-aG headway $USER', "
-                          "then log in again; in a unit: LimitRTPRIO={0}",
-                          wanted));
+              runtime::real_time_remedy());
   constexpr std::uint64_t kEnough = 512 * kMebibyte;
   if (facts.root_user || facts.locked_memory >= kEnough)
     into.ok("locked memory", facts.root_user || facts.locked_memory == kUnlimited
@@ -55,9 +51,7 @@ void examine_rights(const MachineFacts& facts, Diagnosis& into) {
     into.warn("locked memory",
               fmt::format("{} MiB may be locked, expected {}", facts.locked_memory / kMebibyte,
                           kEnough / kMebibyte),
-              "in /etc/security/limits.d/headway.conf: '@headway - memlock unlimited', then log in again; in "
-              "a unit: "
-              "LimitMEMLOCK=infinity");
+              runtime::real_time_remedy());
 }
 
 void examine_processors(const MachineFacts& facts, Diagnosis& into) {

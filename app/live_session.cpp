@@ -86,7 +86,7 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
       mission_(robot_.mission, mapper_.floor().grid),
       bus_loop_(bus_config(robot_, options.start), bus, head_, walker_, *links_),
       frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_, clock),
-      loops_({}, clock, bus_loop_, frames_, *links_) {
+      loops_(robot_.loops, clock, bus_loop_, frames_, *links_) {
   check(options);
   loops_.on_update([this] { report(); });
   if (options.goal) mission_.set_goal(*options.goal);

@@ -49,8 +49,10 @@ class LiveSession {
               hal::Clock& clock);
 
   void start() { loops_.start(); }
-  /// Brings the robot to rest and ends the loops. True when it rests.
+  /// Brings the robot to rest and ends the loops. True when it stands.
   bool stop() noexcept { return loops_.stop(); }
+  /// As LiveLoops::left_hanging().
+  const char* left_hanging() const noexcept { return loops_.left_hanging(); }
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
@@ -60,6 +62,7 @@ class LiveSession {
   std::string refusal() const { return loops_.refusal(); }
   /// As LiveLoops::hanging().
   std::optional<std::string> hanging(Time now) const { return loops_.hanging(now); }
+  const runtime::LiveLoops& loops() const { return loops_; }
 
   // Once stopped:
   const runtime::Mapper& mapper() const { return mapper_; }

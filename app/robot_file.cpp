@@ -228,6 +228,18 @@ void read_simulation(const Section& simulation, SimulationConfig& config) {
   config.charge = {charge("see"), charge("map"), charge("floor"), charge("plan")};
 }
 
+void read_runtime(const Section& section, runtime::LiveConfig& loops) {
+  using Want = runtime::RealTime::Want;
+  const std::string want = section.choice_or("real_time", "try", {"enforce", "try", "off"});
+  loops.real_time.want = want == "enforce" ? Want::kEnforce : want == "try" ? Want::kTry : Want::kOff;
+  if (section.has("bus_processor"))
+    loops.real_time.bus_processor = section.integer("bus_processor", {0, 1023});
+  loops.missed.most_missed =
+      section.integer_or("most_missed", loops.missed.most_missed, {0, runtime::Cycle::kMostRemembered});
+  loops.missed.within =
+      seconds(section.number_or("missed_within_seconds", to_seconds(loops.missed.within), {0.1, 60, "s"}));
+}
+
 void read_homing(const Section& homing, drivers::HomingConfig& config) {
   using Policy = drivers::HomingConfig::Policy;
   const bool moves = homing.flag_or("move", false);
@@ -344,6 +356,7 @@ Robot read_robot(const std::filesystem::path& file) {
   read_planner(section.section("planner"), robot.mission.planner);
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
+  if (const auto loops = section.section_if("runtime")) read_runtime(*loops, robot.loops);
   if (const auto hardware = section.section_if("hardware")) read_hardware(*hardware, robot.hardware);
   robot.mapper.integration.own_body = own_body(section, robot);
   step_over(robot.mission.gait.over.height, robot);

@@ -9,8 +9,8 @@
 #include "drivers/cia402_head.h"
 #include "hal/head_kinematics.h"
 #include "nav/levelling.h"
+#include "runtime/live_loops.h"
 #include "runtime/localisation.h"
-#include "runtime/lockstep.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
 #include "sim_hal/body.h"
@@ -56,6 +56,7 @@ struct Robot {
   runtime::LocalisationConfig localisation;
   runtime::MissionConfig mission;
   nav::StepStackConfig steps;
+  runtime::LiveConfig loops;  ///< on a real clock
   SimulationConfig simulation;
 };
 

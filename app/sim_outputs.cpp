@@ -243,7 +243,6 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["levelling"] = levelling_report(session.frame_loop().levelling());
   report["false_obstacles"] = false_obstacles_report(session);
   report["bus"] = {{"cycles", bus.cycles},
-                   {"missed", bus.missed},
                    {"frames", bus.frames},
                    {"plans_taken", bus.plans_taken},
                    {"plans_late", bus.plans_late},

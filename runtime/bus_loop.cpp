@@ -24,8 +24,7 @@ WatchdogTable watchdogs_for(const nav::StepStackConfig& steps) {
 
 BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker,
                  Links& links)
-    : config_(config),
-      bus_(bus),
+    : bus_(bus),
       head_(head),
       walker_(walker),
       links_(links),
@@ -36,7 +35,7 @@ BusLoop::BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head,
 }
 
 void BusLoop::cycle(Time now, CycleHealth health) noexcept {
-  count_cycle(now);
+  ++counters_.cycles;
   receive();
   take_samples();
   new_order_ = links_.order.update();
@@ -50,13 +49,10 @@ void BusLoop::cycle(Time now, CycleHealth health) noexcept {
   report(now);
 }
 
-void BusLoop::count_cycle(Time now) noexcept {
-  if (counters_.cycles > 0) {
-    const auto periods = (now - last_cycle_ + config_.period / 2) / config_.period;
-    if (periods > 1) counters_.missed += static_cast<std::uint64_t>(periods - 1);
-  }
-  ++counters_.cycles;
-  last_cycle_ = now;
+bool BusLoop::stands() const noexcept {
+  const hal::WalkerHealth health = walker_.health();
+  const bool heard = health == hal::WalkerHealth::kReady || health == hal::WalkerHealth::kNoChest;
+  return stack_.committed().at_rest && heard && walker_.status().state == hal::WalkState::kStanding;
 }
 
 void BusLoop::receive() noexcept {
@@ -121,7 +117,7 @@ SafetyInput BusLoop::safety_input() noexcept {
   const OperatorWord& word = links_.operator_word.value();
   SafetyInput input;
   input.reset = word.resets != resets_heard_;
-  input.stop_asked = order.end || word.stops != stops_heard_;
+  input.stop_asked = order.end || resting_ || word.stops != stops_heard_;
   input.fault = walker_.status().state == hal::WalkState::kFault;
   input.goal = order.goal;
   input.goal_after = order.goal_after;

@@ -9,7 +9,7 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
-#include "runtime/cycle_health.h"
+#include "runtime/cycle.h"
 #include "runtime/links.h"
 #include "runtime/operator_lease.h"
 #include "runtime/safety.h"
@@ -17,7 +17,6 @@
 namespace headway::runtime {
 
 struct BusLoopConfig {
-  Duration period = seconds(0.005);
   hal::Stance stance;  ///< the feet when the robot was set up, in the odometry frame
   nav::StepStackConfig steps;
 };
@@ -25,7 +24,6 @@ struct BusLoopConfig {
 /// Counted from the first cycle on.
 struct BusLoopCounters {
   std::uint64_t cycles = 0;
-  std::uint64_t missed = 0;  ///< periods in which no cycle began
   std::uint64_t frames = 0;  ///< CAN frames received
   std::uint64_t plans_taken = 0, plans_late = 0, plans_refused = 0;
   std::uint64_t stops = 0;  ///< walks ended before their plan was complete
@@ -38,13 +36,16 @@ class BusLoop {
 
   /// One cycle at `now`. While too many cycles are missed nothing more is walked.
   void cycle(Time now, CycleHealth health = CycleHealth::kOnTime) noexcept;
+  /// From now on nothing more is walked, whatever is ordered.
+  void come_to_rest() noexcept { resting_ = true; }
+  /// Nothing is left to walk, and the control computer says that the robot stands.
+  bool stands() const noexcept;
 
   const BusLoopCounters& counters() const noexcept { return counters_; }
   const nav::Committed& committed() const noexcept { return stack_.committed(); }
   const SafetyReport& safety() const noexcept { return safety_.report(); }
 
  private:
-  void count_cycle(Time now) noexcept;
   void receive() noexcept;
   void take_samples() noexcept;
   void watch(Time now, CycleHealth health) noexcept;
@@ -59,7 +60,6 @@ class BusLoop {
   void request_walk(Time now) noexcept;
   void report(Time now) noexcept;
 
-  BusLoopConfig config_;
   hal::CanBus& bus_;
   hal::Head& head_;
   hal::Walker& walker_;
@@ -71,10 +71,11 @@ class BusLoop {
   std::uint32_t stops_heard_ = 0, resets_heard_ = 0;  ///< of the operator's
   bool new_order_ = false;                            ///< not looked at yet
   BusLoopCounters counters_;
-  Time last_cycle_{}, last_chest_{}, last_head_{};
+  Time last_chest_{}, last_head_{};
   std::uint8_t session_ = 0;
   bool heard_ = false;                       ///< the control computer, since the beginning
   bool planned_ = false;                     ///< the session has a plan with steps
+  bool resting_ = false;                     ///< for good
   std::array<StepRecord, 8> handed_over_{};  ///< step i at i modulo the size; at most four wait
   std::uint32_t recorded_ = 0;               ///< steps of the session that have begun
   nav::StackStop last_stop_ = nav::StackStop::kNone;

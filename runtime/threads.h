@@ -1,12 +1,15 @@
 // Every thread that this program starts: what it does, how urgent it is. Nowhere else is one started.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <thread>
+
+#include "runtime/real_time.h"
 
 namespace headway::runtime {
 
@@ -25,12 +28,20 @@ inline constexpr std::array<ThreadKind, 4> kThreads{{
     {"headway-picture", 0, "what the simulated robot's cameras see"},
 }};
 constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
+constexpr int highest_priority() {
+  int highest = 0;
+  for (const ThreadKind& kind : kThreads) highest = std::max(highest, kind.priority);
+  return highest;
+}
 
 /// One of them, running. What is thrown in it ends it, and is kept.
 class Thread {
  public:
-  /// `body` returns soon after its argument has become true.
-  Thread(ThreadId id, std::function<void(const std::atomic<bool>& stop)> body);
+  /// `body` returns soon after its argument has become true. It begins when the thread is as urgent as the
+  /// table says, or when that was refused. Throws InputError, and `body` never begins, where that is
+  /// enforced.
+  Thread(ThreadId id, std::function<void(const std::atomic<bool>& stop)> body,
+         const RealTime& real_time = {});
   /// As stop().
   ~Thread();
   Thread(const Thread&) = delete;
@@ -42,18 +53,16 @@ class Thread {
   bool ended() const noexcept { return ended_; }
   /// What ended it, once ended() is true; empty when nothing went wrong.
   const std::string& failure() const { return failure_; }
-  /// Why it does not run as urgently as the table says; empty when it does.
+  /// What the kernel refused it, and the remedy; empty when it is as urgent as the table says, or nothing was
+  /// asked for.
   const std::string& refusal() const { return refusal_; }
 
  private:
-  void raise_priority(const ThreadKind& kind);
+  void say_set_up() noexcept;
 
-  std::atomic<bool> stop_{false}, ended_{false};
+  std::atomic<bool> stop_{false}, ended_{false}, set_up_{false};
   std::string failure_, refusal_;
   std::thread thread_;
 };
-
-/// Keeps all memory, present and future, from being paged out. Why not, where that is refused; else empty.
-std::string lock_memory();
 
 }  // namespace headway::runtime

@@ -27,7 +27,7 @@ struct Rig {
   void run(double s) {
     for (const Time end = clock.now() + seconds(s); clock.now() < end;) {
       clock.advance(seconds(0.005));
-      loop.cycle(clock.now());
+      loop.cycle(clock.now(), health);
     }
     links.report.update();
   }
@@ -53,6 +53,7 @@ struct Rig {
     last = order;
   }
   MotionOrder last;
+  CycleHealth health = CycleHealth::kOnTime;
 };
 
 TEST(BusLoop, HandsOverThreeStepsAndThenOneForEachStepBegun) {
@@ -163,12 +164,44 @@ TEST(BusLoop, CommitsNothingMoreAfterAStopAndOpensANewSessionAtRest) {
   EXPECT_NEAR(rig.links.report.value().committed.stance.base().x, 0.25, 1e-9) << "where the three steps led";
 }
 
-TEST(BusLoop, CountsCyclesThatDidNotComeInTime) {
+TEST(BusLoop, ComesToRestWhileTooManyCyclesAreMissed) {
   Rig rig;
-  rig.run(0.05);
-  rig.clock.advance(seconds(0.015));
-  rig.loop.cycle(rig.clock.now());
-  EXPECT_EQ(rig.loop.counters().missed, 2U);
+  rig.run(0.1);
+  rig.order(20);
+  rig.run(0.2);
+  rig.health = CycleHealth::kLate;
+  rig.run(0.5);
+  const auto sent = rig.walker.sent_count;
+  EXPECT_GT(sent, 3U) << "some may be missed";
+  rig.health = CycleHealth::kFailing;
+  rig.run(2.7);
+  EXPECT_EQ(rig.walker.sent_count, sent) << "no step is committed any more";
+  EXPECT_TRUE(rig.loop.stands());
+  EXPECT_EQ(rig.links.report.value().last_stop, nav::StackStop::kAsked);
+  rig.order(5);
+  rig.run(1);
+  EXPECT_TRUE(rig.loop.stands()) << "nor is a new walk begun";
+  EXPECT_EQ(rig.loop.counters().stops, 1U);
+  rig.health = CycleHealth::kOnTime;
+  rig.order(5);
+  rig.run(0.2);
+  EXPECT_FALSE(rig.loop.stands());
+}
+
+TEST(BusLoop, StaysAtRestOnceItWasTakenThere) {
+  Rig rig;
+  rig.run(0.1);
+  rig.order(20);
+  rig.run(0.2);
+  EXPECT_FALSE(rig.loop.stands());
+  rig.loop.come_to_rest();
+  rig.run(2.7);
+  EXPECT_TRUE(rig.loop.stands());
+  EXPECT_EQ(rig.walker.sent_count, 3U);
+  rig.order(20);
+  rig.run(2);
+  EXPECT_TRUE(rig.loop.stands());
+  EXPECT_EQ(rig.walker.sent_count, 3U);
 }
 
 TEST(BusLoop, UsesNoHeapInItsCycle) {

@@ -50,23 +50,27 @@ TEST(Threads, KeepWhatWasThrown) {
 TEST(Threads, RunAsUrgentlyAsTheTableSaysOrSayWhyNot) {
   sched_param param{};
   int policy = -1;
-  std::atomic<bool> look{false}, looked{false};
-  Thread thread(ThreadId::kBus, [&](const std::atomic<bool>& stop) {
-    while (!look) std::this_thread::yield();
-    pthread_getschedparam(pthread_self(), &policy, &param);
-    looked = true;
-    while (!stop) std::this_thread::yield();
-  });
-  look = true;  // its priority has been asked for by now
-  while (!looked) std::this_thread::yield();
+  Thread thread(ThreadId::kBus, [&](const auto&) { pthread_getschedparam(pthread_self(), &policy, &param); });
   thread.stop();
   if (thread.refusal().empty()) {
     EXPECT_EQ(policy, SCHED_FIFO);
     EXPECT_EQ(param.sched_priority, kind(ThreadId::kBus).priority);
   } else {
-    EXPECT_NE(thread.refusal().find("headway-bus: priority refused"), std::string::npos) << thread.refusal();
+    EXPECT_NE(thread.refusal().find("headway-bus: priority 70 refused"), std::string::npos)
+        << thread.refusal();
     EXPECT_EQ(policy, SCHED_OTHER);
   }
+}
+
+TEST(Threads, KeepToTheirProcessor) {
+  cpu_set_t processors;
+  CPU_ZERO(&processors);
+  Thread thread(ThreadId::kBus,
+                [&](const auto&) { pthread_getaffinity_np(pthread_self(), sizeof processors, &processors); },
+                {.bus_processor = 0});
+  thread.stop();
+  EXPECT_EQ(CPU_COUNT(&processors), 1);
+  EXPECT_TRUE(CPU_ISSET(0, &processors));
 }
 
 }  // namespace

@@ -1,0 +1,84 @@
+#include "bench/runtime_live_bus.h"
+
+#include "hal/error.h"
+#include "sim_hal/world_file.h"
+#include "tests/heap_count.h"
+#include "tests/source_dir/source_dir.h"
+
+namespace headway::bench {
+
+std::size_t Wire::receive(std::span<hal::CanFrame> into) noexcept {
+  const std::uint64_t heap = heap_allocations();
+  if (!looked_.exchange(true)) heap_first_ = heap;
+  heap_last_ = heap;
+  std::size_t count = 0;
+  while (count < into.size() && to_loop_.pop(into[count])) ++count;
+  return count;
+}
+
+void Wire::exchange_with(hal::CanBus& robot) {
+  hal::CanFrame frame;
+  while (to_robot_.pop(frame)) robot.send(frame);
+  while (robot.receive({&frame, 1}) > 0) to_loop_.push(frame);
+}
+
+/// Of a camera that never shows anything: the frame loop only looks for frames.
+class LiveBus::ShutEyes final : public runtime::Eyes {
+ public:
+  std::optional<runtime::FrameStamp> take() override { return std::nullopt; }
+  const vision::RangeView& see() override { return view_; }
+  Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
+  const std::string& fault() const override { return fault_; }
+
+ private:
+  vision::RangeView view_;
+  std::string fault_;
+};
+
+namespace {
+
+sim::World laboratory() { return sim::read_world(source_dir() / "config/worlds/lab.yaml"); }
+
+app::Robot with(app::Robot robot, const runtime::RealTime& real_time) {
+  robot.loops.real_time = real_time;
+  robot.mapper.voxels.resolution = 0.05;
+  return robot;
+}
+
+}  // namespace
+
+LiveBus::LiveBus(const app::Robot& robot, const runtime::RealTime& real_time)
+    : node_(robot, laboratory(), {}, false, clock_.now()),
+      eyes_(std::make_unique<ShutEyes>()),
+      session_(std::make_unique<app::LiveSession>(
+          with(robot, real_time), app::LiveOptions{.start = laboratory().start, .floor = {8, 8}, .goal = {}},
+          wire_, *eyes_, clock_)) {
+  session_->start();
+  nodes_ = std::thread([this] { move_robot(); });
+}
+
+LiveBus::~LiveBus() {
+  session_->stop();
+  over_ = true;
+  nodes_.join();
+}
+
+void LiveBus::move_robot() {
+  for (Time next = clock_.now(); !over_; next += sim::SimRobot::kPeriod) {
+    clock_.sleep_until(next);
+    wire_.exchange_with(node_.bus());
+    node_.catch_up(clock_.now());
+    wire_.exchange_with(node_.bus());
+  }
+}
+
+LiveBus::Result LiveBus::stop() {
+  const bool stands = session_->stop();
+  app::LiveStatus status;
+  session_->look(status);
+  if (!stands || status.head != hal::HeadHealth::kReady)
+    throw Error("the simulated robot was not there to the end: nothing was measured");
+  return {session_->loops().figures(), wire_.heap_calls()};
+}
+
+}  // namespace headway::bench
