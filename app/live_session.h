@@ -39,6 +39,12 @@ struct LiveStatus {
   Pose2 base;                      ///< where it believes to stand or to step to next, in the map
   hal::HeadHealth head = hal::HeadHealth::kStarting;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
+  bool at_rest = true;
+  std::optional<nav::Goal> goal;  ///< that it has, had or gave up
+  double short_of_goal = 0;       ///< as Mission::short_of_goal()
+  runtime::FrameLoopCounters frames;
+  runtime::MissionCounters mission;
+  runtime::StageTimes times;  ///< of the newest frame
 };
 
 class LiveSession {
@@ -50,6 +56,12 @@ class LiveSession {
   void start() { loops_.start(); }
   /// Brings the robot to rest and ends the loops. True when it rests.
   bool stop() noexcept { return loops_.stop(); }
+
+  /// Goes to `goal`, in the map, in place of any other. Throws InputError where the floor in use does not
+  /// hold it; Error where too many orders wait already.
+  void go(const nav::Goal& goal);
+  /// Gives the goal up and comes to rest. Throws as go() for orders that wait.
+  void stay();
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
@@ -67,8 +79,10 @@ class LiveSession {
 
  private:
   void report();
+  void pass_on(const runtime::OperatorOrder& order);
 
   Robot robot_;
+  LiveOptions options_;
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
@@ -77,6 +91,7 @@ class LiveSession {
   runtime::BusLoop bus_loop_;
   runtime::FrameLoop frames_;
   hal::NewestSlot<LiveStatus> status_;
+  runtime::OperatorOrders orders_;
   runtime::LiveLoops loops_;
 };
 

@@ -26,6 +26,7 @@ void FrameLoop::restore(const nav::SavedMap& known) {
 
 bool FrameLoop::work(Time now) {
   take_samples();
+  take_orders();
   take_frame();
   if (!waiting_) return miss_frames(now);
   const auto pose = pose_at(waiting_->exposure);
@@ -65,6 +66,16 @@ void FrameLoop::take_samples() {
   HeadSample head;
   while (links_.head.pop(head)) head_.add(head.stamp, head.angles);
   links_.report.update();
+}
+
+void FrameLoop::take_orders() {
+  OperatorOrder order;
+  while (orders_ != nullptr && orders_->pop(order)) {
+    if (order.kind == OperatorOrder::Kind::kGo)
+      mission_.set_goal(order.goal);
+    else
+      mission_.stay();
+  }
 }
 
 void FrameLoop::take_frame() {

@@ -14,6 +14,7 @@
 #include "runtime/localisation.h"
 #include "runtime/mapper.h"
 #include "runtime/mission.h"
+#include "runtime/operator_orders.h"
 
 namespace headway::runtime {
 
@@ -69,6 +70,8 @@ class FrameLoop {
   void restore(const nav::SavedMap& known);
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
+  /// Takes what comes there up before each frame's work; `orders` must outlive it.
+  void obey(OperatorOrders& orders) { orders_ = &orders; }
 
   /// Works on the newest frame whose pose is known. True when there is an order to publish: of a frame, or
   /// for want of frames.
@@ -89,6 +92,7 @@ class FrameLoop {
     hal::HeadAngles head;
   };
   void take_samples();
+  void take_orders();
   void take_frame();
   bool miss_frames(Time now);
   std::optional<Pose> pose_at(Time t) const;
@@ -103,6 +107,7 @@ class FrameLoop {
   Links& links_;
   const hal::Clock& stopwatch_;
   FrameObserver observer_;
+  OperatorOrders* orders_ = nullptr;
   nav::Levelling levelling_;
   Localisation localisation_;
   Glance glance_;

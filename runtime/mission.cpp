@@ -77,6 +77,10 @@ void Mission::set_goal(const nav::Goal& goal) {
   if (again) begin_look_around();
 }
 
+void Mission::stay() {
+  if (goal_ && !over()) give_up("the operator wants it to stay");
+}
+
 MotionOrder Mission::update(const MissionInput& input) {
   second_look_.follow(input.mapper);
   auto reason = hopeless(input);

@@ -86,6 +86,8 @@ class Mission {
   /// A new destination, in place of any other. Taken up when the robot has looked around, which it does again
   /// where it has arrived or stopped; while it walks, with the next frame.
   void set_goal(const nav::Goal& goal);
+  /// The goal is given up at the operator's wish.
+  void stay();
 
   /// Decides what the robot does until the next frame.
   MotionOrder update(const MissionInput& input);
