@@ -27,6 +27,7 @@ void add_reconstruct(CLI::App& app, Run& run);
 void add_characterise(CLI::App& app, Run& run);
 void add_calibrate(CLI::App& app, Run& run);
 void add_rig(CLI::App& app, Run& run);
+void add_patrol(CLI::App& app, Run& run);
 void add_run(CLI::App& app, Run& run);
 void add_status(CLI::App& app, Run& run);
 void add_go(CLI::App& app, Run& run);

@@ -102,6 +102,7 @@ int run_program(int argc, const char* const* argv) {
   add_characterise(program, run);
   add_calibrate(program, run);
   add_rig(program, run);
+  add_patrol(program, run);
   add_run(program, run);
   add_status(program, run);
   add_go(program, run);
