@@ -14,7 +14,9 @@
 #include "app/frames_report.h"
 #include "app/hardware.h"
 #include "app/interrupts.h"
+#include "app/live_control.h"
 #include "app/live_session.h"
+#include "app/local_socket.h"
 #include "app/output_folder.h"
 #include "app/safety_report.h"
 #include "app/service_manager.h"
@@ -30,7 +32,7 @@ namespace {
 
 struct Options {
   std::filesystem::path robot, out;
-  std::string bus, left, right;
+  std::string bus, left, right, socket;
   std::vector<double> goal, floor{20, 20};
   double slower = 1;
 };
@@ -190,6 +192,20 @@ void write_map(const LiveSession& session, OutputFolder& folder) {
   write_floor(session.mapper().floor(), folder);
 }
 
+/// Where others of this machine may ask how the robot is. Throws as LocalServer where a place was named.
+std::unique_ptr<LocalServer> listen(const Options& options, Log& log) {
+  const bool named = !options.socket.empty();
+  const std::filesystem::path path = named ? std::filesystem::path(options.socket) : own_socket();
+  try {
+    if (!path.empty()) return std::make_unique<LocalServer>(path);
+    log.say("'headway status' and 'headway go' cannot reach it: XDG_RUNTIME_DIR is not set; see --socket");
+  } catch (const Error& fault) {
+    if (named) throw;
+    log.say("'headway status' and 'headway go' cannot reach it: {}", fault.what());
+  }
+  return nullptr;
+}
+
 int run(Options options) {
   const Robot robot = read_robot(options.robot);
   HardwareConfig hardware = robot.hardware;
@@ -205,7 +221,7 @@ int run(Options options) {
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
   const std::string memory_refusal = runtime::lock_memory(robot.loops.real_time);
   // What the session needs until it has come to rest is made before it.
-  const Interrupts interrupts;
+  Interrupts interrupts;
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
   const auto adapter = serve(wire, robot.loops.real_time);
@@ -214,6 +230,7 @@ int run(Options options) {
   LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);
+  const auto listener = listen(options, log);
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
   session.start();
   for (const std::string& refusal :
@@ -227,7 +244,14 @@ int run(Options options) {
     if (session.look(status)) log.see(status);
     for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
     log.see(session.loops().bus_health(), session.loops().bus_missed());
-    over = status.state == runtime::MissionState::kArrived || status.state == runtime::MissionState::kStopped;
+    // Who gave the goal at the start waits for its end; else more may come.
+    over = !options.goal.empty() && (status.state == runtime::MissionState::kArrived ||
+                                     status.state == runtime::MissionState::kStopped);
+    if (listener)
+      listener->serve([&](std::string_view line) { return answer(line, session, status, clock.now()); });
+    if (interrupts.asked_to_reload())
+      log.say(
+          "SIGHUP: its files are read at the start only, for a robot must not change under way; restart it");
     failure = session.failure();
     const bool hung = hanging.has_value();
     hanging = session.hanging(clock.now());
@@ -281,6 +305,8 @@ void add_run(CLI::App& app, Run& run_command) {
   command->add_option("--left", options->left, "Left camera, in place of the robot file's");
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
   command->add_option("--out", options->out, kOutHelp);
+  command->add_option("--socket", options->socket,
+                      "Where it listens to 'headway status', 'go' and 'stay', in place of the usual place");
   command
       ->add_option("--slower", options->slower,
                    "The clock runs so many times slower than real: for a simulated robot only")
@@ -288,7 +314,8 @@ void add_run(CLI::App& app, Run& run_command) {
       ->capture_default_str();
   command->footer(
       "Example: headway run robot.yaml --bus socketcan:can0 --goal 2,0.5 --out build/walk\n"
-      "Without a goal it looks around and waits. Ctrl-C brings the robot to rest, and then ends.\n"
+      "Without a goal it looks around and waits for 'headway go'. Ctrl-C brings the robot to rest, and then "
+      "ends.\n"
       "Exit code 0 when the robot arrived.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }

@@ -3,23 +3,38 @@
 #include <array>
 #include <csignal>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 namespace headway::app {
 
 namespace {
 
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
-volatile std::sig_atomic_t asked_to_end = 0;
+volatile std::sig_atomic_t asked_to_end = 0, asked_to_read_again = 0;
 
 void take(int) { asked_to_end = 1; }
+void take_reload(int) { asked_to_read_again = 1; }
 
 }  // namespace
 
-Interrupts::Interrupts() {
-  asked_to_end = 0;
+bool has_terminal() {
+  const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal >= 0) ::close(terminal);
+  return terminal >= 0;
+}
+
+Interrupts::Interrupts(bool terminal) {
+  asked_to_end = asked_to_read_again = 0;
   struct sigaction action {};
   action.sa_handler = take;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : kSignals) sigaction(signal, &action, nullptr);
+  if (!terminal) {
+    action.sa_handler = take_reload;
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGHUP, &action, nullptr);
+  }
   std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -29,5 +44,11 @@ Interrupts::~Interrupts() {
 }
 
 bool Interrupts::asked() const noexcept { return asked_to_end != 0; }
+
+bool Interrupts::asked_to_reload() noexcept {
+  const bool asked = asked_to_read_again != 0;
+  asked_to_read_again = 0;
+  return asked;
+}
 
 }  // namespace headway::app

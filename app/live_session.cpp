@@ -22,14 +22,15 @@ Robot with_map(Robot robot, const LiveOptions& options) {
   return robot;
 }
 
-void check(const LiveOptions& options) {
-  if (!options.goal) return;
-  const Eigen::Vector2d off = (options.goal->position - options.start.position()).cwiseAbs();
+void check(const nav::Goal& goal, const LiveOptions& options) {
+  const Eigen::Vector2d off = (goal.position - options.start.position()).cwiseAbs();
   if (off.x() < options.floor.x() / 2 && off.y() < options.floor.y() / 2) return;
-  throw InputError(fmt::format(
-      "--goal: ({:.2f}, {:.2f}) lies outside the floor in use, expected within {:.1f} x {:.1f} m "
-      "around the start; --floor makes it larger",
-      options.goal->position.x(), options.goal->position.y(), options.floor.x(), options.floor.y()));
+  throw InputError(
+      fmt::format("goal: ({:.2f}, {:.2f}) in the map lies outside the floor in use, expected within {:.1f} x "
+                  "{:.1f} m around "
+                  "({:.2f}, {:.2f}), where the robot was set up; 'headway run --floor' makes it larger",
+                  goal.position.x(), goal.position.y(), options.floor.x(), options.floor.y(), options.start.x,
+                  options.start.y));
 }
 
 }  // namespace
@@ -79,6 +80,7 @@ const char* text_of(hal::WalkerHealth health) {
 LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
                          runtime::Eyes& eyes, hal::Clock& clock)
     : robot_(with_map(robot, options)),
+      options_(options),
       head_(bus, head_config(robot_)),
       walker_(bus),
       links_(std::make_unique<runtime::Links>()),
@@ -87,9 +89,32 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
       bus_loop_(bus_config(robot_, options.start), bus, head_, walker_, *links_),
       frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_, clock),
       loops_(robot_.loops, clock, bus_loop_, frames_, *links_) {
-  check(options);
   loops_.on_update([this] { report(); });
-  if (options.goal) mission_.set_goal(*options.goal);
+  if (!options.goal) return;
+  check(*options.goal, options);
+  mission_.set_goal(*options.goal);
+}
+
+void LiveSession::go(const nav::Goal& goal) {
+  check(goal, options_);
+  if (!links_->goals.push({goal, safety_.stops}))
+    throw Error("the frame loop takes no goals; does it hang? See 'headway status'");
+}
+
+void LiveSession::stay() {
+  ++word_.stops;
+  links_->operator_word.publish(word_);
+}
+
+void LiveSession::reset() {
+  ++word_.resets;
+  links_->operator_word.publish(word_);
+}
+
+bool LiveSession::look(runtime::SafetyChange& into) {
+  if (!links_->safety.pop(into)) return false;
+  safety_ = into.safety;
+  return true;
 }
 
 /// In the frame loop's thread.
@@ -104,6 +129,12 @@ void LiveSession::report() {
   status.head = bus.head.health;
   status.walker = bus.walker;
   status.level = frames_.level();
+  status.at_rest = bus.committed.at_rest;
+  status.goal = mission_.goal();
+  status.short_of_goal = mission_.short_of_goal();
+  status.frames = frames_.counters();
+  status.mission = mission_.counters();
+  status.times = frames_.times();
   status_.publish(status);
 }
 

@@ -40,6 +40,12 @@ struct LiveStatus {
   hal::HeadHealth head = hal::HeadHealth::kStarting;
   hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
   runtime::FrameLevel level = runtime::FrameLevel::kFull;  ///< how much is done with each frame
+  bool at_rest = true;
+  std::optional<nav::Goal> goal;  ///< that it has, had or gave up
+  double short_of_goal = 0;       ///< as Mission::short_of_goal()
+  runtime::FrameLoopCounters frames;
+  runtime::MissionCounters mission;
+  runtime::StageTimes times;  ///< of the newest frame
 };
 
 class LiveSession {
@@ -54,10 +60,21 @@ class LiveSession {
   /// As LiveLoops::left_hanging().
   const char* left_hanging() const noexcept { return loops_.left_hanging(); }
 
+  /// Goes to `goal`, in the map, in place of any other. Void where the robot was stopped for safety since
+  /// look() told of it last. Throws InputError where the floor in use does not hold it; Error where too many
+  /// goals wait already.
+  void go(const nav::Goal& goal);
+  /// Comes to rest, whatever the frame loop does; the goal is given up.
+  void stay();
+  /// Somebody has looked at the fault: after it a goal counts again.
+  void reset();
+
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
   /// The same of the safety state's changes, one after the other.
-  bool look(runtime::SafetyChange& into) { return links_->safety.pop(into); }
+  bool look(runtime::SafetyChange& into);
+  /// As of the newest change that was looked at.
+  const runtime::SafetyReport& safety() const { return safety_; }
   std::optional<std::string> failure() const { return loops_.failure(); }
   std::string refusal() const { return loops_.refusal(); }
   /// As LiveLoops::hanging().
@@ -75,6 +92,7 @@ class LiveSession {
   void report();
 
   Robot robot_;
+  LiveOptions options_;
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
@@ -83,6 +101,8 @@ class LiveSession {
   runtime::BusLoop bus_loop_;
   runtime::FrameLoop frames_;
   hal::NewestSlot<LiveStatus> status_;
+  runtime::OperatorWord word_;    ///< the newest that was said
+  runtime::SafetyReport safety_;  ///< that people know of
   runtime::LiveLoops loops_;
 };
 

@@ -102,7 +102,12 @@ int run_program(int argc, const char* const* argv) {
   add_characterise(program, run);
   add_calibrate(program, run);
   add_rig(program, run);
+  add_patrol(program, run);
   add_run(program, run);
+  add_status(program, run);
+  add_go(program, run);
+  add_stay(program, run);
+  add_reset(program, run);
   add_doctor(program, run);
   add_node(program, run);
   add_can(program, run);

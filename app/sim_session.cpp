@@ -190,6 +190,15 @@ void SimSession::note() {
   if (progress_) progress_();
 }
 
+void SimSession::send_to(const nav::Goal& goal) {
+  check_goal(goal, scene_.world(), robot_.mapper.obstacle_heights(), "goal");
+  goal_ = goal;
+  mission_.set_goal(goal);
+  steps_.clear();
+  trail_ = {};
+  events_.clear();
+}
+
 SimOutcome SimSession::run() {
   const Time end = clock_.now() + options_.longest;
   while (clock_.now() < end) {

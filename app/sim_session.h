@@ -93,6 +93,9 @@ class SimSession {
   /// Called ten times per simulated second.
   void on_progress(std::function<void()> report) { progress_ = std::move(report); }
 
+  /// Another goal, where the last run has ended at rest. What is kept of the way for pictures begins anew.
+  void send_to(const nav::Goal& goal);
+  /// Until the robot has arrived, stopped, collided or fallen, or for options().longest.
   SimOutcome run();
 
   Time now() const { return clock_.now(); }

@@ -29,6 +29,7 @@ void FrameLoop::restore(const nav::SavedMap& known) {
 
 bool FrameLoop::work(Time now) {
   take_samples();
+  take_goals();
   take_frame();
   if (!waiting_) return miss_frames(now);
   const auto pose = pose_at(waiting_->exposure);
@@ -87,6 +88,11 @@ void FrameLoop::take_samples() {
   HeadSample head;
   while (links_.head.pop(head)) head_.add(head.stamp, head.angles);
   links_.report.update();
+}
+
+void FrameLoop::take_goals() {
+  GoalOrder order;
+  while (links_.goals.pop(order)) mission_.set_goal(order.goal, order.after);
 }
 
 void FrameLoop::take_frame() {

@@ -93,6 +93,7 @@ class FrameLoop {
     hal::HeadAngles head;
   };
   void take_samples();
+  void take_goals();
   void take_frame();
   void account();
   bool miss_frames(Time now);

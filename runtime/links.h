@@ -1,4 +1,4 @@
-// Everything that passes between the bus loop and the frame loop, and nothing else.
+// Everything that passes between the bus loop, the frame loop and the operator, and nothing else.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include "hal/exchange.h"
 #include "hal/head.h"
 #include "hal/walker.h"
+#include "nav/planner.h"
 #include "nav/step_stack.h"
 #include "runtime/operator_lease.h"
 #include "runtime/safety.h"
@@ -51,6 +52,12 @@ struct StepRecord {
   Pose2 landing;  ///< of the foot, in the odometry frame
 };
 
+/// Operator -> frame loop: a destination.
+struct GoalOrder {
+  nav::Goal goal;           ///< in the map
+  std::uint32_t after = 0;  ///< SafetyReport::stops as the operator knew them: one from before a stop is void
+};
+
 /// Bus loop -> whoever tells people.
 struct SafetyChange {
   Time stamp{};
@@ -70,6 +77,7 @@ struct Links {
   hal::BoundedQueue<HeadSample, 256> head;
   hal::BoundedQueue<StepRecord, 256> steps;
   hal::BoundedQueue<SafetyChange, 64> safety;
+  hal::BoundedQueue<GoalOrder, 8> goals;
 };
 
 }  // namespace headway::runtime

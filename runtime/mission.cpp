@@ -63,10 +63,12 @@ Mission::Mission(const MissionConfig& config, const nav::FloorGrid& grid)
                        *config.next_view);
 }
 
-void Mission::set_goal(const nav::Goal& goal) {
+void Mission::set_goal(const nav::Goal& goal) { set_goal(goal, stops_); }
+
+void Mission::set_goal(const nav::Goal& goal, std::uint32_t after) {
   const bool again = over();
   goal_ = goal;
-  goal_after_ = stops_;
+  goal_after_ = after;
   reason_.clear();
   walk_.reset();
   planned_once_ = false;

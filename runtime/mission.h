@@ -86,6 +86,9 @@ class Mission {
   /// A new destination, in place of any other. Taken up when the robot has looked around, which it does again
   /// where it has arrived or stopped; while it walks, with the next frame.
   void set_goal(const nav::Goal& goal);
+  /// The same, by somebody who knew of so many safety stops (SafetyReport::stops): void where there were
+  /// more.
+  void set_goal(const nav::Goal& goal, std::uint32_t after);
 
   /// Decides what the robot does until the next frame.
   MotionOrder update(const MissionInput& input);

@@ -9,10 +9,21 @@ namespace {
 
 TEST(Interrupts, TellThatSomebodyWantsTheProgramToEndAndLetItGoOn) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const Interrupts interrupts;
+    const Interrupts interrupts(true);
     EXPECT_FALSE(interrupts.asked());
     std::raise(signal);
     EXPECT_TRUE(interrupts.asked()) << signal;
+  }
+}
+
+TEST(Interrupts, TellOfAHangUpWithoutATerminalAsAWishToReadFilesAgain) {
+  Interrupts interrupts(false);
+  EXPECT_FALSE(interrupts.asked_to_reload());
+  for (int i = 0; i < 2; ++i) {
+    std::raise(SIGHUP);
+    EXPECT_TRUE(interrupts.asked_to_reload());
+    EXPECT_FALSE(interrupts.asked_to_reload());
+    EXPECT_FALSE(interrupts.asked());
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/end_at_once.h"
+#include "app/live_control.h"
 #include "app/node_session.h"
 #include "app/sim_session.h"
 #include "hal/error.h"
@@ -79,6 +80,7 @@ struct Bench {
     const Time end = clock.now() + seconds(longest);
     while (clock.now() < end && !so(status)) {
       session.look(status);
+      for (runtime::SafetyChange change; session.look(change);) continue;
       clock.sleep_until(clock.now() + seconds(0.05));
     }
     return so(status);
@@ -177,6 +179,78 @@ TEST(LiveSessionSlow, SaysThatItHasGivenUpWhenItHasBeenBlindForLong) {
   EXPECT_EQ(bench.session.bus_loop().safety().state, runtime::SafetyState::kSafeStop);
   EXPECT_TRUE(bench.session.stop());
   bench.expect_rest_on_the_way();
+}
+
+/// What the program says to a line from the operator.
+Json asked(Bench& bench, const std::string& line) {
+  return Json::parse(answer(line, bench.session, bench.status, bench.clock.now()));
+}
+
+TEST(LiveSessionSlow, IsSentElsewhereWhileItRunsAndComesToRestWhenToldTo) {
+  Bench bench;
+  bench.session.start();
+  ASSERT_TRUE(bench.until_under_way());
+  EXPECT_EQ(asked(bench, R"({"do": "stay"})").at("ok"), true);
+  EXPECT_TRUE(bench.until(runtime::MissionState::kStopped, 5));
+  EXPECT_TRUE(bench.until([](const LiveStatus& s) { return s.at_rest; }, 5));
+  const Json resting = asked(bench, R"({"do": "status"})");
+  EXPECT_EQ(resting.at("state"), "stopped");
+  EXPECT_EQ(resting.at("safety").at("state"), "safe stop");
+  EXPECT_EQ(resting.at("at_rest"), true);
+  const Json sent = asked(bench, R"({"do": "go", "to": [0.1, 0.5], "from": "map"})");
+  EXPECT_EQ(sent.at("ok"), true) << sent;
+  EXPECT_TRUE(bench.until(runtime::MissionState::kArrived, 120)) << bench.status.reason.data();
+  EXPECT_TRUE(bench.session.stop());
+  const Eigen::Vector2d end = bench.node.body().stance().base().position();
+  EXPECT_LT((end - Eigen::Vector2d(0.1, 0.5)).norm(), kArrivedWithin);
+}
+
+TEST(LiveSession, RefusesOrdersThatMakeNoSenseAndSaysWhy) {
+  Bench bench;
+  bench.status.stamp = bench.clock.now();
+  for (const auto& [line, why] : std::vector<std::pair<std::string, std::string>>{
+           {"go on", "not JSON"},
+           {"[]", "expected an object"},
+           {"{}", "do: expected"},
+           {R"({"do": "dance"})", "do: expected"},
+           {R"({"do": "go"})", "to: expected two numbers"},
+           {R"({"do": "go", "to": [1]})", "to: expected two numbers"},
+           {R"({"do": "go", "to": [1, "2"]})", "to[1]: expected a number"},
+           {R"({"do": "go", "to": [1, 1e99]})", "to[1]: expected a number"},
+           {R"({"do": "go", "to": [1, 0], "yaw_deg": 900})", "yaw_deg: expected a number from -360"},
+           {R"({"do": "go", "to": [1, 0], "near": 1})", "near: expected true or false"},
+           {R"({"do": "go", "to": [1, 0], "from": "moon"})", "from: expected"},
+           {R"({"do": "go", "to": [40, 0]})", "outside the floor in use"}}) {
+    const Json said = asked(bench, line);
+    EXPECT_EQ(said.at("ok"), false) << line;
+    EXPECT_NE(said.at("error").get<std::string>().find(why), std::string::npos) << line << ": " << said;
+  }
+  bench.status.stamp = {};
+  EXPECT_EQ(asked(bench, R"({"do": "go", "to": [1, 0]})").at("ok"), false) << "nobody knows from where";
+}
+
+TEST(LiveSession, SaysWhenNobodyTakesGoals) {
+  Bench bench;
+  bench.status.stamp = bench.clock.now();
+  bool full = false;
+  for (int i = 0; i < 40 && !full; ++i)
+    full = asked(bench, R"({"do": "go", "to": [0.1, 0]})").at("ok") == false;
+  EXPECT_TRUE(full);
+}
+
+TEST(LiveSession, TellsHowItIsAsTextAndAsMetrics) {
+  Bench bench;
+  const Json before = asked(bench, R"({"do": "status"})");
+  EXPECT_TRUE(before.at("age_s").is_null());
+  EXPECT_NE(status_text(before).find("no frame has been worked on yet"), std::string::npos);
+  bench.session.start();
+  ASSERT_TRUE(bench.until(runtime::MissionState::kLookAround, 30));
+  const Json status = asked(bench, R"({"do": "status"})");
+  EXPECT_TRUE(bench.session.stop());
+  EXPECT_NE(status_text(status).find("look around"), std::string::npos) << status_text(status);
+  const std::string metrics = status_metrics(status);
+  EXPECT_NE(metrics.find("\nheadway_frames_used_total "), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("headway_state{state=\"look around\"} 1\n"), std::string::npos) << metrics;
 }
 
 TEST(LiveSession, HearsWhereTheRobotStands) {
