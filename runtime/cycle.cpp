@@ -1,6 +1,7 @@
 #include "runtime/cycle.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -28,12 +29,12 @@ const char* name(CycleHealth health) {
   return "?";
 }
 
-Cycle::Cycle(Duration period, const CycleLimits& limits, Time first)
-    : period_(period), limits_(limits), due_(first) {
+Cycle::Cycle(Duration period, const CycleLimits& limits) : period_(period), limits_(limits) {
   limits_.validate();
 }
 
 CycleHealth Cycle::begin(Time now) noexcept {
+  if (std::exchange(first_, false)) due_ = now;
   const Duration late = std::max(Duration(0), Duration(now - due_));
   wake_up_delay_.add(late);
   miss(late / period_);

@@ -35,10 +35,10 @@ class Cycle {
  public:
   static constexpr int kMostRemembered = 255;
 
-  /// `first`: when the first round is due. Throws InputError as CycleLimits::validate.
-  Cycle(Duration period, const CycleLimits& limits, Time first);
+  /// The first round is due when it begins. Throws InputError as CycleLimits::validate.
+  Cycle(Duration period, const CycleLimits& limits);
 
-  /// When the next round is due: for the loop's thread.
+  /// When the next round is due, the first at once: for the loop's thread.
   Time due() const noexcept { return due_; }
   /// A round begins at `now`, the one that is due or, if that is missed, a later one.
   CycleHealth begin(Time now) noexcept;
@@ -56,7 +56,8 @@ class Cycle {
 
   Duration period_;
   CycleLimits limits_;
-  Time due_, begun_{};
+  bool first_ = true;
+  Time due_{}, begun_{};
   /// When the newest missed cycles were due: number n at n modulo the size.
   std::array<Time, kMostRemembered + 1> missed_at_{};
   std::atomic<std::uint64_t> missed_{0};

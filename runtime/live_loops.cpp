@@ -6,7 +6,7 @@ namespace headway::runtime {
 
 void LiveLoops::start() {
   bus_round_ = frame_round_ = clock_.now();
-  bus_cycle_ = std::make_unique<Cycle>(config_.period, config_.missed, clock_.now());
+  bus_cycle_ = std::make_unique<Cycle>(config_.period, config_.missed);
   bus_thread_ = std::make_unique<Thread>(
       ThreadId::kBus, [this](const auto& stop) { run_bus(stop); }, config_.real_time);
   frame_thread_ = std::make_unique<Thread>(

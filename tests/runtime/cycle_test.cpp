@@ -17,7 +17,7 @@ constexpr Duration kPeriod = seconds(0.005);
 /// Rounds whose work takes so long [us].
 class Rounds {
  public:
-  explicit Rounds(const CycleLimits& limits = {}) : cycle(kPeriod, limits, Time{}) {}
+  explicit Rounds(const CycleLimits& limits = {}) : cycle(kPeriod, limits) {}
   CycleHealth go(Duration work = {}, Duration oversleep = {}) {
     clock.sleep_until(cycle.due());
     clock.advance(oversleep);
@@ -44,8 +44,18 @@ TEST(Cycle, KeepsItsPhaseThroughLateRounds) {
   EXPECT_EQ(rounds.cycle.missed(), 0U);
 }
 
+TEST(Cycle, BeginsWithItsFirstRound) {
+  Rounds rounds;
+  rounds.clock.set(at_seconds(7.003));
+  EXPECT_EQ(rounds.go(), CycleHealth::kOnTime);
+  EXPECT_EQ(rounds.cycle.due(), at_seconds(7.008));
+  EXPECT_EQ(rounds.cycle.wake_up_delay().max(), Duration(0));
+  EXPECT_EQ(rounds.cycle.missed(), 0U);
+}
+
 TEST(Cycle, TellsWakeUpDelayAndRunTimeApart) {
   Rounds rounds;
+  rounds.go();
   rounds.go(seconds(0.001), seconds(0.0003));
   EXPECT_EQ(rounds.cycle.wake_up_delay().max(), seconds(0.0003));
   EXPECT_EQ(rounds.cycle.run_time().max(), seconds(0.001));
@@ -118,9 +128,9 @@ TEST(Cycle, UsesNoHeap) {
 }
 
 TEST(Cycle, RefusesLimitsThatItCannotKeep) {
-  EXPECT_THROW(Cycle(kPeriod, {.most_missed = 256, .within = seconds(1)}, Time{}), InputError);
-  EXPECT_THROW(Cycle(kPeriod, {.most_missed = -1, .within = seconds(1)}, Time{}), InputError);
-  EXPECT_THROW(Cycle(kPeriod, {.most_missed = 20, .within = seconds(0)}, Time{}), InputError);
+  EXPECT_THROW(Cycle(kPeriod, {.most_missed = 256, .within = seconds(1)}), InputError);
+  EXPECT_THROW(Cycle(kPeriod, {.most_missed = -1, .within = seconds(1)}), InputError);
+  EXPECT_THROW(Cycle(kPeriod, {.most_missed = 20, .within = seconds(0)}), InputError);
 }
 
 }  // namespace
