@@ -88,8 +88,8 @@ void BusLoop::hear_devices(Time now) noexcept {
   say(SafetySource::kBus, bus == hal::CanBusState::kErrorActive || bus == hal::CanBusState::kErrorWarning,
       bus == hal::CanBusState::kErrorPassive ? SourceLevel::kPoor : SourceLevel::kLost);
   const hal::HeadState head = head_.state();
-  if (head.health != hal::HeadHealth::kStarting ||
-      watchdogs_.level(SafetySource::kDrives) != SourceLevel::kAwaited)
+  drives_began_ = drives_began_ || head.health != hal::HeadHealth::kStarting;
+  if (drives_began_)
     say(SafetySource::kDrives, head.health == hal::HeadHealth::kReady,
         head.health == hal::HeadHealth::kDegraded ? SourceLevel::kPoor : SourceLevel::kLost);
   if (walker_.health() != hal::WalkerHealth::kStarting)
@@ -142,11 +142,15 @@ void BusLoop::watch(Time now, CycleHealth health) noexcept {
 }
 
 void BusLoop::take_order() noexcept {
-  if (!new_order_) return;
   const MotionOrder& order = links_.order.value();
-  head_.command(order.look);
-  if (order.walk == MotionOrder::Walk::kPlan && may_walk(safety_.state())) take_plan(order.plan);
-  if (order.walk == MotionOrder::Walk::kStop && (stack_.walking() || planned_)) stack_.stop();
+  if (new_order_) {
+    head_.command(order.look);
+    if (order.walk == MotionOrder::Walk::kStop && (stack_.walking() || planned_)) stack_.stop();
+    plan_waits_ = order.walk == MotionOrder::Walk::kPlan;
+  }
+  if (!plan_waits_ || !may_walk(safety_.state())) return;
+  plan_waits_ = false;
+  take_plan(order.plan);
 }
 
 void BusLoop::take_plan(const nav::StepPlan& plan) noexcept {

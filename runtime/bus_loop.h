@@ -69,7 +69,9 @@ class BusLoop {
   OperatorLease lease_;
   Safety safety_;
   std::uint32_t stops_heard_ = 0, resets_heard_ = 0;  ///< of the operator's
-  bool new_order_ = false;                            ///< not looked at yet
+  bool drives_began_ = false;                         ///< were set up once
+  bool new_order_ = false;                            ///< has come in this cycle
+  bool plan_waits_ = false;                           ///< that of the newest order, until it may be walked
   BusLoopCounters counters_;
   Time last_chest_{}, last_head_{};
   std::uint8_t session_ = 0;

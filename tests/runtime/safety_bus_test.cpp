@@ -290,6 +290,17 @@ TEST(SafetyOnTheBus, BeginsNoWalkBeforeEverythingWasHeard) {
   }
 }
 
+TEST(SafetyOnTheBus, CallsDrivesThatAreSetUpForTheFirstTimeNotLost) {
+  Bench bench;
+  bench.head.health = hal::HeadHealth::kStarting;
+  bench.run(seconds(1));
+  EXPECT_EQ(describe(bench.safety()), "head drives not heard yet");
+  bench.head.health = hal::HeadHealth::kReady;
+  bench.run(seconds(1));
+  EXPECT_EQ(bench.safety().of(SafetySource::kDrives).lost, 0U);
+  EXPECT_FALSE(bench.rests());
+}
+
 TEST(SafetyOnTheBus, BeginsNoWalkWhileSomethingIsPoor) {
   Bench bench;
   bench.sees = false;
