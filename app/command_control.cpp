@@ -23,22 +23,31 @@ void add_socket(CLI::App& command, Where& where) {
                      "Where the running program listens, if not where it does of its own accord");
 }
 
-/// What the program that runs here answers. Throws InputError where none is found, or where it refuses.
-Json ask_running(const Where& where, const Json& question) {
-  std::vector<std::filesystem::path> places = known_sockets();
-  if (!where.socket.empty()) places = {where.socket};
-  for (const auto& place : places) {
-    if (!std::filesystem::exists(place)) continue;
-    const Json said = Json::parse(ask(place, question.dump()), nullptr, false);
-    if (!said.is_object() || !said.contains("ok"))
-      throw Error(fmt::format("{}: its answer is not understood; is it of another release?", place.native()));
-    if (said.at("ok") == true) return said;
-    throw InputError(said.value("error", "refused without a reason"));
+/// Where the one program that runs here listens. Throws InputError where there is none, or more than one.
+std::filesystem::path find_running(const Where& where) {
+  if (!where.socket.empty()) return where.socket;
+  std::vector<std::string> tried, found;
+  for (const auto& place : known_sockets()) {
+    tried.push_back(place.native());
+    if (listens(place)) found.push_back(place.native());
   }
-  std::vector<std::string> tried;
-  for (const auto& place : places) tried.push_back(place.native());
-  throw InputError(
-      fmt::format("no 'headway run' listens at {}; --socket names another place", fmt::join(tried, " or ")));
+  if (found.empty())
+    throw InputError(fmt::format("no 'headway run' listens at {}; --socket names another place",
+                                 fmt::join(tried, " or ")));
+  if (found.size() > 1)
+    throw InputError(
+        fmt::format("robots are guided at {}; say which with --socket", fmt::join(found, " and ")));
+  return found.front();
+}
+
+/// What the program that runs here answers. Throws InputError where it refuses.
+Json ask_running(const Where& where, const Json& question) {
+  const std::filesystem::path place = find_running(where);
+  const Json said = Json::parse(ask(place, question.dump()), nullptr, false);
+  if (!said.is_object() || !said.contains("ok"))
+    throw Error(fmt::format("{}: its answer is not understood; is it of another release?", place.native()));
+  if (said.at("ok") == true) return said;
+  throw InputError(said.value("error", "refused without a reason"));
 }
 
 struct Status : Where {
@@ -123,8 +132,7 @@ void add_stay(CLI::App& app, Run& run_command) {
 void add_reset(CLI::App& app, Run& run_command) {
   auto options = std::make_shared<Where>();
   CLI::App* command = app.add_subcommand(
-      "reset",
-      "After a fault of the robot that 'headway run' guides on this machine: somebody has looked at it");
+      "reset", "After a fault of the control computer or a drive: somebody has looked at it");
   add_socket(*command, *options);
   command->footer("It stays at rest until 'headway go' comes after it.");
   command->callback(

@@ -32,7 +32,7 @@ void tell(std::size_t number, const Lap& lap) {
   constexpr double kMebibyte = 1 << 20;
   fmt::print(
       "{:4} {:9} {:8.1f} s  goal error {:.3f} m, map off {:.3f} m, heap {:.1f} MiB, {} descriptors{}{}\n",
-      number, lap.outcome.end, lap.outcome.seconds, lap.outcome.goal_error, lap.outcome.map_error,
+      number, lap.outcome.end, lap.seconds, lap.outcome.goal_error, lap.outcome.map_error,
       static_cast<double>(lap.after.heap) / kMebibyte, lap.after.descriptors,
       lap.outcome.reason.empty() ? "" : ": ", lap.outcome.reason);
   std::fflush(stdout);

@@ -4,8 +4,11 @@
 #include <numbers>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include "app/can_transport.h"
 #include "app/commands.h"
@@ -98,25 +101,39 @@ class Log {
     if (health == health_) return;
     health_ = health;
     say("the bus loop is {}: {} cycles missed so far{}", name(health), missed,
-        health == runtime::CycleHealth::kFailing ? "; nothing is walked until fewer are missed" : "");
+        health == runtime::CycleHealth::kFailing ? "; the robot comes to rest"
+        : health == runtime::CycleHealth::kLate  ? "; no walk begins until fewer are"
+                                                 : "");
   }
 
   template <class... Values>
   void say(fmt::format_string<Values...> text, Values&&... values) {
-    // A terminal that is gone must not keep the robot from coming to rest.
     const std::string line = fmt::format(text, std::forward<Values>(values)...);
-    std::printf("%8.2f s  %s\n", to_seconds(clock_.now() - begin_), line.c_str());
-    std::fflush(stdout);
+    if (takes_a_line()) {
+      if (unsaid_ > 0)
+        std::printf("            (%d lines that nobody took were left out)\n", std::exchange(unsaid_, 0));
+      std::printf("%8.2f s  %s\n", to_seconds(clock_.now() - begin_), line.c_str());
+      std::fflush(stdout);
+    } else {
+      ++unsaid_;
+    }
     service_.status(line);
   }
 
  private:
   static constexpr Duration kQuiet = seconds(10);
 
+  /// A terminal that is held or gone, or a pipe that nobody drains, must not keep the robot from being told.
+  static bool takes_a_line() {
+    pollfd output{STDOUT_FILENO, POLLOUT, 0};
+    return ::poll(&output, 1, 0) == 1 && (output.revents & POLLOUT) != 0;
+  }
+
   const hal::Clock& clock_;
   const ServiceManager& service_;
   Time begin_, said_at_{};
   bool said_ = false;
+  int unsaid_ = 0;
   runtime::FrameLevel level_ = runtime::FrameLevel::kFull;
   std::tuple<runtime::MissionState, hal::HeadHealth, hal::WalkerHealth> known_;
   runtime::CycleHealth health_ = runtime::CycleHealth::kOnTime;
@@ -316,7 +333,7 @@ void add_run(CLI::App& app, Run& run_command) {
       "Example: headway run robot.yaml --bus socketcan:can0 --goal 2,0.5 --out build/walk\n"
       "Without a goal it looks around and waits for 'headway go'. Ctrl-C brings the robot to rest, and then "
       "ends.\n"
-      "Exit code 0 when the robot arrived.");
+      "Exit code 0 when the robot arrived, or was ended at rest without a goal from the command line.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }
 

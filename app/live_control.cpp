@@ -90,6 +90,8 @@ Json do_what(const Json& question, LiveSession& session, const LiveStatus& statu
   }
   if (what != question.end() && *what == "stay") {
     session.stay();
+    if (const auto hangs = session.hanging(now))
+      throw Error(*hangs + "; it may not hear this: use the button");
     return Json::object();
   }
   if (what != question.end() && *what == "reset") {

@@ -97,7 +97,14 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
 
 void LiveSession::go(const nav::Goal& goal) {
   check(goal, options_);
-  if (!links_->goals.push({goal, safety_.stops}))
+  const runtime::SafetyReport& now = safety();
+  if (now.state == runtime::SafetyState::kFault)
+    throw InputError("the control computer reports a fault; look at it, then 'headway reset'");
+  for (std::size_t i = 0; i < runtime::kSources; ++i)
+    if (now.sources[i].level == runtime::SourceLevel::kLost)
+      throw InputError(fmt::format("{} lost; nothing is walked until it is back",
+                                   name(static_cast<runtime::SafetySource>(i))));
+  if (!links_->goals.push({goal, now.stops}))
     throw Error("the frame loop takes no goals; does it hang? See 'headway status'");
 }
 
@@ -111,10 +118,9 @@ void LiveSession::reset() {
   links_->operator_word.publish(word_);
 }
 
-bool LiveSession::look(runtime::SafetyChange& into) {
-  if (!links_->safety.pop(into)) return false;
-  safety_ = into.safety;
-  return true;
+const runtime::SafetyReport& LiveSession::safety() const {
+  links_->safety_now.update();
+  return links_->safety_now.value();
 }
 
 /// In the frame loop's thread.

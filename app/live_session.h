@@ -60,21 +60,22 @@ class LiveSession {
   /// As LiveLoops::left_hanging().
   const char* left_hanging() const noexcept { return loops_.left_hanging(); }
 
-  /// Goes to `goal`, in the map, in place of any other. Void where the robot was stopped for safety since
-  /// look() told of it last. Throws InputError where the floor in use does not hold it; Error where too many
-  /// goals wait already.
+  /// Goes to `goal`, in the map, in place of any other. Void where the robot is stopped before it
+  /// arrives. Throws InputError where the floor in use does not hold it, or while something is lost or at
+  /// fault; Error where too many goals wait already.
   void go(const nav::Goal& goal);
   /// Comes to rest, whatever the frame loop does; the goal is given up.
   void stay();
-  /// Somebody has looked at the fault: after it a goal counts again.
+  /// Somebody has looked at the fault, of the control computer or a drive: where it is gone, goals count
+  /// again.
   void reset();
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
   /// The same of the safety state's changes, one after the other.
-  bool look(runtime::SafetyChange& into);
-  /// As of the newest change that was looked at.
-  const runtime::SafetyReport& safety() const { return safety_; }
+  bool look(runtime::SafetyChange& into) { return links_->safety.pop(into); }
+  /// As of the bus loop's newest cycle.
+  const runtime::SafetyReport& safety() const;
   std::optional<std::string> failure() const { return loops_.failure(); }
   std::string refusal() const { return loops_.refusal(); }
   /// As LiveLoops::hanging().
@@ -101,8 +102,7 @@ class LiveSession {
   runtime::BusLoop bus_loop_;
   runtime::FrameLoop frames_;
   hal::NewestSlot<LiveStatus> status_;
-  runtime::OperatorWord word_;    ///< the newest that was said
-  runtime::SafetyReport safety_;  ///< that people know of
+  runtime::OperatorWord word_;  ///< the newest that was said
   runtime::LiveLoops loops_;
 };
 

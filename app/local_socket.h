@@ -53,6 +53,9 @@ class LocalServer {
   std::vector<Client> clients_;
 };
 
+/// Whether a program listens there.
+bool listens(const std::filesystem::path& path);
+
 /// The answer to `line` from the program that listens at `path`. Throws InputError where nobody listens,
 /// Error where no whole line has come within `longest`.
 std::string ask(const std::filesystem::path& path, std::string_view line, Duration longest = seconds(2));

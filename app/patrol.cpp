@@ -45,7 +45,7 @@ Endurance endurance_of(const std::vector<Lap>& laps) {
   Endurance found;
   found.laps = laps.size();
   if (laps.empty()) return found;
-  found.hours = laps.back().outcome.seconds / 3600;
+  for (const Lap& lap : laps) found.hours += lap.seconds / 3600;
   found.heap_growth = growth(laps, [](const Lap& lap) { return lap.after.heap; });
   found.map_drift = growth(laps, [](const Lap& lap) { return lap.outcome.map_error; });
   for (const Lap& lap : laps) {
@@ -73,8 +73,9 @@ std::vector<Lap> patrol(SimSession& session, const std::vector<nav::Goal>& goals
   std::vector<Lap> laps;
   const Time end = session.now() + longest;
   while (session.now() < end) {
+    const Time begin = session.now();
     session.send_to(goals[laps.size() % goals.size()]);
-    laps.push_back({session.run(), holdings_now()});
+    laps.push_back({session.run(), to_seconds(session.now() - begin), holdings_now()});
     after_each(laps.back());
     if (laps.back().outcome.fallen || laps.back().outcome.collision) break;
   }
@@ -86,7 +87,7 @@ Json patrol_report(const std::vector<Lap>& laps, const Endurance& endurance) {
   for (const Lap& lap : laps)
     rows.push_back({{"end", lap.outcome.end},
                     {"reason", lap.outcome.reason},
-                    {"simulated_s", rounded(lap.outcome.seconds, 2)},
+                    {"simulated_s", rounded(lap.seconds, 2)},
                     {"goal_error_m", rounded(lap.outcome.goal_error)},
                     {"map_error_m", rounded(lap.outcome.map_error)},
                     {"odometry_error_m", rounded(lap.outcome.odometry_error)},

@@ -21,6 +21,7 @@ Holdings holdings_now();
 
 struct Lap {
   SimOutcome outcome;
+  double seconds = 0;  ///< simulated
   Holdings after;
 };
 

@@ -56,7 +56,7 @@ class Cia402Head final : public hal::Head {
   hal::HeadState state() const noexcept override { return state_; }
 
   /// After a fault: begin anew with both drives.
-  void recover() noexcept;
+  void recover() noexcept override;
 
   const DriveReport& pan() const noexcept { return pan_.report(); }
   const DriveReport& tilt() const noexcept { return tilt_.report(); }

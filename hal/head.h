@@ -41,6 +41,8 @@ class Head : public BusNode {
   /// Asks for a new direction; clamped to the limits. Ignored unless ready; the last one wins.
   virtual void command(const HeadAngles& target) noexcept = 0;
   virtual HeadState state() const noexcept = 0;
+  /// Somebody has looked at a drive's fault: it is set up anew. Nothing where there is none.
+  virtual void recover() noexcept = 0;
 };
 
 }  // namespace headway::hal

@@ -117,7 +117,8 @@ SafetyInput BusLoop::safety_input() noexcept {
   const OperatorWord& word = links_.operator_word.value();
   SafetyInput input;
   input.reset = word.resets != resets_heard_;
-  input.stop_asked = order.end || resting_ || word.stops != stops_heard_;
+  input.stop_asked = word.stops != stops_heard_;
+  input.ends = order.end || resting_;
   input.fault = walker_.status().state == hal::WalkState::kFault;
   input.goal = order.goal;
   input.goal_after = order.goal_after;
@@ -136,7 +137,9 @@ void BusLoop::watch(Time now, CycleHealth health) noexcept {
                                                                        : SourceLevel::kLost);
   watchdogs_.look(now);
   const SafetyState before = safety_.state();
-  safety_.cycle(safety_input(), watchdogs_);
+  const SafetyInput input = safety_input();
+  if (input.reset) head_.recover();
+  safety_.cycle(input, watchdogs_);
   if (safety_.state() != before) links_.safety.push({now, safety_.report()});
   if (!may_walk(safety_.state()) && (stack_.walking() || planned_)) stack_.stop();
 }
@@ -232,6 +235,7 @@ void BusLoop::report(Time now) noexcept {
   report.last_steps = last_steps_;
   report.safety = safety_.report();
   links_.report.publish(report);
+  links_.safety_now.publish(report.safety);
 }
 
 }  // namespace headway::runtime

@@ -62,7 +62,7 @@ CycleHealth Cycle::judge(Time now) const noexcept {
     return missed >= back && missed_at_[(missed - back) % missed_at_.size()] > now - limits_.within;
   };
   if (lately(limits_.most_missed)) return CycleHealth::kFailing;
-  return lately(0) ? CycleHealth::kLate : CycleHealth::kOnTime;
+  return lately(limits_.most_missed / kFew) ? CycleHealth::kLate : CycleHealth::kOnTime;
 }
 
 }  // namespace headway::runtime

@@ -23,8 +23,8 @@ struct CycleLimits {
 };
 
 enum class CycleHealth : std::uint8_t {
-  kOnTime,   ///< none was missed lately
-  kLate,     ///< some were, no more than is borne
+  kOnTime,   ///< none was missed lately, or few: a quarter of what is borne
+  kLate,     ///< more were, no more than is borne: no walk begins
   kFailing,  ///< more were
 };
 const char* name(CycleHealth health);
@@ -51,6 +51,7 @@ class Cycle {
   const Histogram& run_time() const noexcept { return run_time_; }            ///< from begin() to end()
 
  private:
+  static constexpr int kFew = 4;  ///< one part in so many of what is borne
   void miss(std::int64_t count) noexcept;
   CycleHealth judge(Time now) const noexcept;
 

@@ -69,15 +69,21 @@ struct HeadSample {
   hal::HeadAngles angles;
 };
 
+/// Each with one writer and one reader.
 struct Links {
+  // Bus loop -> frame loop
   hal::NewestSlot<BusReport> report;
-  hal::NewestSlot<MotionOrder> order;
-  hal::NewestSlot<OperatorWord> operator_word;  ///< operator's server -> bus loop
   hal::BoundedQueue<hal::ChestSample, 256> chest;
   hal::BoundedQueue<HeadSample, 256> head;
-  hal::BoundedQueue<StepRecord, 256> steps;
-  hal::BoundedQueue<SafetyChange, 64> safety;
+  // Frame loop -> bus loop
+  hal::NewestSlot<MotionOrder> order;
+  // Operator -> bus loop, frame loop
+  hal::NewestSlot<OperatorWord> operator_word;
   hal::BoundedQueue<GoalOrder, 8> goals;
+  // Bus loop -> whoever tells people; where nobody listens, what does not fit is dropped
+  hal::NewestSlot<SafetyReport> safety_now;
+  hal::BoundedQueue<SafetyChange, 64> safety;
+  hal::BoundedQueue<StepRecord, 256> steps;
 };
 
 }  // namespace headway::runtime

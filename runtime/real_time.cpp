@@ -67,18 +67,18 @@ std::string make_urgent(const std::string& thread, int priority, std::optional<i
                         const RealTime& real_time) {
   if (real_time.want == RealTime::Want::kOff || priority == 0) return {};
   touch_stack();
-  if (processor) {
-    const int fault = real_time.calls->stay_on(*processor);
-    if (fault != 0)
-      return fmt::format(
-          "{}: processor {} refused: {}; runtime: bus_processor in the robot file: expected one of "
-          "those that 'nproc' counts, from 0 on",
-          thread, *processor, std::strerror(fault));
-  }
-  const int fault = real_time.calls->be_urgent(priority);
-  if (fault == 0) return {};
-  return fmt::format("{}: priority {} refused: {}; {}", thread, priority, std::strerror(fault),
-                     real_time_remedy());
+  std::string refusal;
+  const int placed = processor ? real_time.calls->stay_on(*processor) : 0;
+  if (placed != 0)
+    refusal = fmt::format(
+        "{}: processor {} refused: {}; runtime: bus_processor in the robot file: expected one of those that "
+        "'nproc' counts, from 0 on",
+        thread, *processor, std::strerror(placed));
+  const int urgent = real_time.calls->be_urgent(priority);
+  if (urgent != 0)
+    refusal += fmt::format("{}{}: priority {} refused: {}; {}", refusal.empty() ? "" : "; ", thread, priority,
+                           std::strerror(urgent), real_time_remedy());
+  return refusal;
 }
 
 std::string lock_memory(const RealTime& real_time) {

@@ -93,11 +93,14 @@ void Safety::cycle(const SafetyInput& input, const Watchdogs& watchdogs) noexcep
   });
   if (input.reset && !input.fault) take(SafetyEvent::kReset);
   if (input.fault) take(SafetyEvent::kFault);
-  if (input.stop_asked) take(SafetyEvent::kStopAsked);
+  const std::uint32_t stops = report_.stops;
+  if (input.stop_asked || input.ends) take(SafetyEvent::kStopAsked);
+  // Whatever the state, a goal that is on its way here was given before it.
+  if (input.stop_asked && report_.stops == stops) ++report_.stops;
   if (lost) take(SafetyEvent::kLost, lost);
-  // A goal that is given meanwhile is void as well.
-  const bool hard = input.fault || input.stop_asked || lost;
-  if (stopped(report_.state) && hard && input.goal && input.goal_after == report_.stops) ++report_.stops;
+  // A goal that waits, or is given meanwhile, is void as well.
+  const bool hard = input.fault || input.ends || lost;
+  if (hard && input.goal && input.goal_after == report_.stops) ++report_.stops;
   if (blind) take(SafetyEvent::kBlind, blind);
   poor ? take(SafetyEvent::kPoor, poor) : take(SafetyEvent::kFine);
   const bool ordered = input.goal && input.goal_after == report_.stops;

@@ -14,10 +14,11 @@ namespace headway::runtime {
 
 /// What a cycle knows, besides the watchdogs.
 struct SafetyInput {
-  bool reset = false;       ///< asked for since the last cycle
-  bool fault = false;       ///< the control computer reports one
-  bool stop_asked = false;  ///< by the operator since the last cycle, or for good by the program that ends
-  bool goal = false;        ///< one is pursued
+  bool reset = false;            ///< asked for since the last cycle
+  bool fault = false;            ///< the control computer reports one
+  bool stop_asked = false;       ///< by the operator since the last cycle
+  bool ends = false;             ///< the program does, and nothing more is walked
+  bool goal = false;             ///< one is pursued
   std::uint32_t goal_after = 0;  ///< it was given by somebody who knew of so many stops (SafetyReport::stops)
 };
 

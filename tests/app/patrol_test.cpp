@@ -15,7 +15,7 @@ std::vector<Lap> laps_of(std::size_t count, std::size_t heap, double error) {
   std::vector<Lap> laps(count);
   for (std::size_t i = 0; i < count; ++i) {
     laps[i].outcome.arrived = true;
-    laps[i].outcome.seconds = 100.0 * static_cast<double>(i + 1);
+    laps[i].seconds = 100;
     laps[i].outcome.map_error = 0.01 + error * static_cast<double>(i);
     laps[i].after = {50'000'000 + heap * i, 90'000'000, 7};
   }
@@ -31,7 +31,7 @@ std::string complaints(const std::vector<Lap>& laps) {
 TEST(Patrol, FindsNothingWhereNothingGrows) { EXPECT_EQ(complaints(laps_of(40, 0, 0)), ""); }
 
 TEST(Patrol, FindsAHeapThatGrowsALittleWithEachLap) {
-  EXPECT_NE(complaints(laps_of(40, 100'000, 0)).find("the heap grew by 2"), std::string::npos);
+  EXPECT_NE(complaints(laps_of(40, 104'858, 0)).find("the heap grew by 2"), std::string::npos);
 }
 
 TEST(Patrol, ForgivesWhatGrowsInTheFirstQuarterOnly) {

@@ -33,6 +33,7 @@ class MeddledHead final : public hal::Head {
   }
   void command(const hal::HeadAngles& target) noexcept override { head_.command(target); }
   hal::HeadState state() const noexcept override { return head_.state(); }
+  void recover() noexcept override { head_.recover(); }
   void (*meddle)() = nullptr;
 
  private:
@@ -61,6 +62,9 @@ class BusCycle : public testing::Test {
     MotionOrder order;
     order.walk = MotionOrder::Walk::kPlan;
     order.look = {0.3 * static_cast<double>(now.time_since_epoch() / seconds(1) % 3 - 1), 0.4};
+    order.seen = now;
+    order.goal = true;
+    order.goal_after = links.report.value().safety.stops;
     order.plan.session = c.session;
     order.plan.first_index = c.next_index;
     order.plan.count = 20;
@@ -112,6 +116,7 @@ TEST_F(BusCycle, TakesNeitherHeapNorLocksFromTheFirstOneOn) {
 TEST_F(BusCycle, WaitsForNoPageOnceItWasAllThereBefore) {
   cycles(12);  // code and data come with their first use, unless memory is locked
   const Sins sins = cycles(2);
+  EXPECT_GT(robot.path_walked(), 0.5);
   EXPECT_EQ(sins.faults.major, 0U);
   EXPECT_EQ(sins.faults.minor, 0U);
 }

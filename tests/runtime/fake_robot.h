@@ -33,9 +33,11 @@ class FakeHead final : public hal::Head {
     state.health = health;
     return state;
   }
+  void recover() noexcept override { ++recovered; }
 
   hal::HeadHealth health = hal::HeadHealth::kReady;
   bool silent = false;  ///< tells no more where it is
+  int recovered = 0;    ///< times it was told to
 
  private:
   hal::HeadState state_;

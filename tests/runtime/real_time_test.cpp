@@ -62,6 +62,12 @@ TEST_F(RealTimeSetUp, TellsWhatIsRefusedWhyAndTheRemedyAndGoesOn) {
             "memory is not locked: Cannot allocate memory; " + real_time_remedy());
 }
 
+TEST_F(RealTimeSetUp, AsksForThePriorityThoughTheProcessorIsRefused) {
+  kernel.refuse_processor = EINVAL;
+  EXPECT_THAT(refusal_of(ThreadId::kBus, wanting(Want::kTry, 7)), HasSubstr("processor 7 refused"));
+  EXPECT_EQ(kernel.priority, kind(ThreadId::kBus).priority);
+}
+
 TEST_F(RealTimeSetUp, EndsTheProgramBeforeAnythingMovesWhereItIsEnforced) {
   bool begun = false;
   const RealTime enforced = wanting(Want::kEnforce, 7);

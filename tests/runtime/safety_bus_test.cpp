@@ -151,6 +151,50 @@ void expect_to_walk_again(Bench& bench) {
   EXPECT_EQ(bench.safety().state, SafetyState::kActive);
 }
 
+TEST(SafetyOnTheBus, VoidsAGoalThatCrossesAStopOnItsWay) {
+  const auto bench = under_way({});
+  ++bench->word.stops;
+  bench->run(seconds(3));
+  const std::uint32_t known = bench->safety().stops;
+  ++bench->word.stops;
+  bench->run(seconds(0.1));
+  bench->goal_after = known;
+  bench->run(seconds(2));
+  EXPECT_TRUE(bench->rests()) << "though the robot was stopped already";
+  bench->give_goal();
+  bench->run(seconds(1));
+  EXPECT_FALSE(bench->rests());
+}
+
+TEST(SafetyOnTheBus, VoidsAGoalThatWaitsWhenSomethingIsLost) {
+  const auto bench = under_way({});
+  ++bench->word.stops;
+  bench->run(seconds(3));
+  bench->sees = false;
+  bench->run(seconds(1.5));
+  bench->give_goal();
+  bench->run(seconds(0.1));
+  EXPECT_EQ(bench->safety().state, SafetyState::kInit) << "waits for pictures";
+  bench->bus.is = hal::CanBusState::kBusOff;
+  bench->run(seconds(0.1));
+  bench->bus.is = hal::CanBusState::kErrorActive;
+  bench->sees = true;
+  bench->run(seconds(2));
+  EXPECT_TRUE(bench->rests()) << "nothing starts by itself";
+  bench->give_goal();
+  bench->run(seconds(1));
+  EXPECT_FALSE(bench->rests());
+}
+
+TEST(SafetyOnTheBus, RecoversTheHeadWhenSomebodyHasLookedAtIt) {
+  Bench bench;
+  bench.run(seconds(0.1));
+  EXPECT_EQ(bench.head.recovered, 0);
+  ++bench.word.resets;
+  bench.run(seconds(0.1));
+  EXPECT_EQ(bench.head.recovered, 1);
+}
+
 TEST(SafetyOnTheBus, BringsTheRobotToRestInTimeFromEveryMomentOfAStep) {
   for (const Loss& loss : losses()) {
     SCOPED_TRACE(loss.name);

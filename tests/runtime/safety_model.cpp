@@ -87,7 +87,9 @@ Moment SafetyModel::cycle(const Moment& before, const Happening& happening) {
   if (happening.goal == Word::kGiven) after.given = true;
   judge_state(before, after, happening);
   judge_walk(before, after, commits);
-  if (stopped(after.state)) after.given = false;
+  const bool lost =
+      any(after, [](SourceLevel level, bool stops) { return stops && level == SourceLevel::kLost; });
+  if (stopped(after.state) || happening.stop || lost) after.given = false;
   return after;
 }
 
@@ -125,7 +127,7 @@ void SafetyModel::judge_walk(const Moment& before, const Moment& after, bool com
     require(may_walk(after.state) && !lost,
             "what is lost, stopped or at fault ends the walk in the same cycle");
   if (!commits) return;
-  require(after.given, "no step but for a goal that was given after the last stop");
+  require(after.given, "no step but for a goal that was given after the last stop and the last loss");
   require(!lost && !before.stopping, "no step while something is lost, nor after a walk was ended");
   require(before.left > 0 || all_fine(after), "no walk begins while something is missing");
 }
