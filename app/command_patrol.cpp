@@ -85,8 +85,7 @@ void add_patrol(CLI::App& app, Run& run_command) {
   command->footer(
       "Example: headway patrol config/worlds/lab.yaml --hours 8 --frame-rate 5 --out build/patrol\n"
       "Exit code 0 when every lap arrived and, from the second quarter of them to the last, neither the heap "
-      "(1 MiB), nor "
-      "open descriptors, nor the map's error (2 cm) grew.");
+      "(1 MiB), nor open descriptors, nor the map's error (2 cm) grew.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }
 

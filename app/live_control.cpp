@@ -195,7 +195,8 @@ std::string status_metrics(const Json& status) {
                  frames.at("no_pose"));
   text +=
       metric("frames_unusable_total", "counter", "Frames that told the map nothing.", frames.at("unusable"));
-  text += metric("frames_late_total", "counter", "Frames that took longer than a period.", frames.at("late"));
+  text += metric("frames_late_total", "counter", "Frames that took longer than there was time for them.",
+                 frames.at("late"));
   text += metric("plans_total", "counter", "Searches for a way.", status.at("plans"));
   text += metric("replans_total", "counter", "Plans that changed steps.", status.at("replans"));
   for (const auto& [stage, value] : status.at("stage_ms").items())

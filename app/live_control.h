@@ -9,7 +9,7 @@
 
 namespace headway::app {
 
-/// How it is, for the operator: see docs/control.md.
+/// How it is, for the operator.
 Json status_json(const LiveSession& session, const LiveStatus& status, Time now);
 /// The same for a person, some lines of text.
 std::string status_text(const Json& status);
