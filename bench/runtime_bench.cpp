@@ -111,37 +111,38 @@ BENCHMARK(bus_cycle)->Iterations(1)->Unit(benchmark::kSecond);
 
 /// Of the frames on the way back.
 struct FrameTimes {
-  std::vector<double> total, see, map, floor, plan;  ///< [ms]
-  void add(double whole, const runtime::StageTimes& stages) {
+  std::vector<double> total, cpu, see, map, floor, plan;  ///< [ms]
+  void add(const PlayedWalk& walk) {
     const auto ms = [](Duration d) { return 1e3 * to_seconds(d); };
-    total.push_back(1e3 * whole);
+    const runtime::StageTimes& stages = walk.stages();
+    total.push_back(1e3 * walk.seconds());
+    cpu.push_back(1e3 * walk.cpu_seconds());
     see.push_back(ms(stages.see));
     map.push_back(ms(stages.map));
     floor.push_back(ms(stages.floor));
     plan.push_back(ms(stages.plan));
   }
   void tell() const {
-    const auto stage = [](const char* name, const std::vector<double>& values) {
+    const auto show = [](const char* name, const std::string& key, const std::vector<double>& values) {
       std::printf("%-6s n %zu  p50 %6.2f  p99 %6.2f  max %6.2f ms\n", name, values.size(),
                   quantile(values, 0.5), quantile(values, 0.99), quantile(values, 1));
-      figure(std::string("frame_") + name + "_p50_ms", quantile(values, 0.5));
-      figure(std::string("frame_") + name + "_p99_ms", quantile(values, 0.99));
+      figure(key + "_p50_ms", quantile(values, 0.5));
+      figure(key + "_p99_ms", quantile(values, 0.99));
     };
-    stage("see", see);
-    stage("map", map);
-    stage("floor", floor);
-    stage("plan", plan);
-    figure("frame_p50_ms", quantile(total, 0.5));
-    figure("frame_p99_ms", quantile(total, 0.99));
-    figure("frame_max_ms", quantile(total, 1));
+    show("see", "frame_see", see);
+    show("map", "frame_map", map);
+    show("floor", "frame_floor", floor);
+    show("plan", "frame_plan", plan);
+    show("whole", "frame", total);
+    show("cpu", "frame_cpu", cpu);
     figure("frames", static_cast<double>(total.size()));
-    std::printf("whole  n %zu  p50 %6.2f  p99 %6.2f  max %6.2f ms\n", total.size(), quantile(total, 0.5),
-                quantile(total, 0.99), quantile(total, 1));
   }
 };
 
 void frame(benchmark::State& state) {
   static const RecordedWalk walk = record_walk();
+  std::printf("%zu frames recorded, on the way back from number %zu on\n", walk.frames.size(), walk.turned);
+  std::fflush(stdout);
   for (auto _ : state) {
     LiveBus bus(robot(), urgent());
     FrameTimes times;
@@ -150,7 +151,7 @@ void frame(benchmark::State& state) {
     for (Time next = clock.now(); !played.over(); next += seconds(1 / walk.frame_rate)) {
       clock.sleep_until(next);
       played.work();
-      if (played.walks_back()) times.add(played.seconds(), played.stages());
+      if (played.walks_back()) times.add(played);
     }
     const LiveBus::Result result = bus.stop();
     times.tell();

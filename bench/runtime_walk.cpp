@@ -7,6 +7,7 @@
 #include "app/loop_configs.h"
 #include "app/simulated_robot.h"
 #include "app/world_map.h"
+#include "bench/cpu_time.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
 #include "hal/error.h"
@@ -67,7 +68,9 @@ class Recorder {
     body_.on_exposure([this](Time t, const Eigen::Isometry3d& pose) { rendered_.expose(t, pose); });
   }
 
-  void walk_to(const nav::Goal& goal) {
+  /// Until it has arrived, or is so near to the goal [m] that it may as well be given the next one as it
+  /// walks.
+  void walk_to(const nav::Goal& goal, double near) {
     side_.mission.set_goal(goal);
     const Time end = clock_.now() + kLongest;
     do {
@@ -75,7 +78,8 @@ class Recorder {
       if (clock_.now() > end || side_.mission.state() == runtime::MissionState::kStopped)
         throw Error(fmt::format("the recorded walk did not come to its end: {} {}",
                                 name(side_.mission.state()), side_.mission.reason()));
-    } while (side_.mission.state() != runtime::MissionState::kArrived);
+    } while (side_.mission.state() != runtime::MissionState::kArrived &&
+             (body_.stance().base().position() - goal.position).norm() > near);
   }
 
  private:
@@ -146,11 +150,11 @@ RecordedWalk record_walk() {
                     .there = {{-0.4, 0.2}, std::nullopt},
                     .back = {world.start.position(), std::nullopt},
                     .frames = {},
-                    .arrived_there = 0};
+                    .turned = 0};
   Recorder recorder(walk, world);
-  recorder.walk_to(walk.there);
-  walk.arrived_there = walk.frames.size();
-  recorder.walk_to(walk.back);
+  recorder.walk_to(walk.there, 0.5);
+  walk.turned = walk.frames.size();
+  recorder.walk_to(walk.back, 0);
   return walk;
 }
 
@@ -162,16 +166,18 @@ bool PlayedWalk::take_newest(hal::StereoFrame& into) {
 
 void PlayedWalk::work() {
   if (next_ == 0) side_.mission.set_goal(walk_.there);
-  if (next_ == walk_.arrived_there) side_.mission.set_goal(walk_.back);
+  if (next_ == walk_.turned) side_.mission.set_goal(walk_.back);
   const Given& given = walk_.frames[next_++];
   for (const hal::ChestSample& sample : given.chest) side_.links->chest.push(sample);
   for (const runtime::HeadSample& sample : given.head) side_.links->head.push(sample);
   side_.links->report.publish(given.report);
   shown_ = &given.frame;
+  const double cpu = bench::cpu_seconds();
   const Time begin = stopwatch_.now();
   const bool worked = side_.frames.work(given.now);
   side_.frames.publish();
   seconds_ = to_seconds(stopwatch_.now() - begin);
+  cpu_seconds_ = bench::cpu_seconds() - cpu;
   if (!worked || side_.mission.state() != given.then)
     throw Error(fmt::format("frame {} of the recorded walk came out otherwise when it was played", next_));
 }

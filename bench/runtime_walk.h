@@ -41,7 +41,7 @@ struct RecordedWalk {
   double frame_rate = 15;  ///< [Hz]
   nav::Goal there, back;
   std::vector<Given> frames;
-  std::size_t arrived_there = 0;  ///< from this frame on it walks back, through what it has explored
+  std::size_t turned = 0;  ///< from this frame on it walks back, through what it has explored
 };
 
 /// From the laboratory's start to the middle of the room, and back, seen through two cameras of 640x480, in a
@@ -57,11 +57,13 @@ class PlayedWalk final : public hal::StereoCamera {
   /// The work on the next frame. Throws Error when it comes out otherwise than it was recorded.
   void work();
   bool over() const { return next_ == walk_.frames.size(); }
-  /// The frame worked on last: how long that took in all [s], its stages, and whether it was on the way back.
+  /// The frame worked on last: how long that took in all [s], and on the processor; its stages; and whether
+  /// it was on the way back.
   double seconds() const { return seconds_; }
+  double cpu_seconds() const { return cpu_seconds_; }
   const runtime::StageTimes& stages() const { return side_.frames.times(); }
   bool walks_back() const {
-    return next_ > walk_.arrived_there && side_.mission.state() == runtime::MissionState::kWalk;
+    return next_ > walk_.turned && side_.mission.state() == runtime::MissionState::kWalk;
   }
   const runtime::MissionCounters& counters() const { return side_.mission.counters(); }
 
@@ -70,7 +72,7 @@ class PlayedWalk final : public hal::StereoCamera {
   hal::MonotonicClock stopwatch_;
   std::size_t next_ = 0;
   const hal::StereoFrame* shown_ = nullptr;
-  double seconds_ = 0;
+  double seconds_ = 0, cpu_seconds_ = 0;
   FrameSide side_;
 };
 
