@@ -89,7 +89,9 @@ TEST(HalfResolutionSlow, LiesWithinThreeSigmaOfTheTruthAsTheWholeDoes) {
                 half.median_sigma / whole.median_sigma);
     EXPECT_GE(half.coverage, 0.97);
     EXPECT_GT(half.density, 0.8 * whole.density);
-    EXPECT_NEAR(half.median_sigma / whole.median_sigma, 2, 0.5) << "half as precise";
+    // Half as precise; less so where the mean of four pixels takes noise away.
+    EXPECT_GT(half.median_sigma / whole.median_sigma, 1.2);
+    EXPECT_LT(half.median_sigma / whole.median_sigma, 2.2);
   }
 }
 
