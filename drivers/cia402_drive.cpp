@@ -321,7 +321,7 @@ void Cia402Drive::run(Time now) noexcept {
 void Cia402Drive::tell_set_point(Time now) noexcept {
   std::visit(
       [&](auto& points) {
-        points.tick(sight(), now);
+        points.tick(sight(), now, master_.part_until_next_sync());
         const auto word =
             static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | points.bits());
         if (say(word, points.target(), now)) points.sent();

@@ -182,6 +182,45 @@ TEST_F(CyclicHead, KeepsThePaceOfSyncWhenItsLoopIsALittleUnsteady) {
   EXPECT_NEAR(static_cast<double>(bench.bus.sent_with(0x080).size()), 100, 2);
 }
 
+/// Where a drive wants to be that goes evenly to each target, in a period from its SYNC on, and stays there.
+class Interpolator {
+ public:
+  /// Its velocity from now on [0.001 deg per period].
+  double take(std::int32_t target, Time now) {
+    const double part = std::min(to_seconds(now - since_) / 0.02, 1.0);
+    from_ += part * (target_ - from_);
+    target_ = target;
+    since_ = now;
+    return std::abs(target_ - from_);
+  }
+
+ private:
+  double from_ = 0, target_ = 0;
+  Time since_{};
+};
+
+RC_GTEST_PROP(CyclicHeadUnsteady, NeverLeadsADriveFasterThanItMayHoweverUnsteadySyncIs, ()) {
+  HeadBench bench(cyclic());
+  RC_ASSERT(bench.start());
+  Interpolator drive;
+  std::size_t taken = bench.pan.cyclic_targets.size();
+  double fastest = 0;
+  bench.head.command({0.7, 0});
+  const int most = *rc::gen::inRange(0, 2400);  // [us]
+  Time steady = bench.now;
+  for (int i = 0; i < 500; ++i) {
+    steady += testing::kBusCycle;
+    const auto late = std::chrono::microseconds(*rc::gen::inRange(0, most + 1));
+    bench.now = steady + late - testing::kBusCycle;
+    bench.cycle();
+    for (; taken < bench.pan.cyclic_targets.size(); ++taken)
+      fastest = std::max(fastest, drive.take(bench.pan.cyclic_targets[taken], bench.now));
+  }
+  RC_ASSERT(fastest <= kLargestStep + 1);
+  RC_ASSERT(fastest > 1100);
+  RC_ASSERT(bench.pan.cyclic_targets.back() == 40107);
+}
+
 TEST_F(CyclicHead, FaultsWhenADriveDoesNotFollow) {
   bench.pan.never_acknowledges = true;
   ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(1)));
