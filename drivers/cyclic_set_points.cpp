@@ -46,6 +46,11 @@ void CyclicSetPoints::tick(const DriveSight& seen, Time now, double part_until_n
     next_.step_towards(wanted_, part_until_next_sync);
 }
 
+void CyclicSetPoints::pause(Time now) noexcept {
+  ramp_.stand(ramp_.position());
+  followed_ = now;
+}
+
 std::int32_t CyclicSetPoints::target() const noexcept { return wire_.clamped(rounded(next_.position())); }
 
 bool CyclicSetPoints::is_moving(const DriveSight& seen) const noexcept {

@@ -31,6 +31,9 @@ class CyclicSetPoints {
   /// drive does not follow, the target is where it stands; while it is silent, the target brakes and stands.
   void tick(const DriveSight& seen, Time now, double part_until_next_sync) noexcept;
 
+  /// In place of a tick when nothing may be said to the drive, which comes to rest at the target it has.
+  void pause(Time now) noexcept;
+
   // What the drive is to be told now.
   std::uint16_t bits() const noexcept { return 0; }
   std::int32_t target() const noexcept;

@@ -26,6 +26,9 @@ class ProfileSetPoints {
   void hold(bool hold, std::int32_t position) noexcept;
   void tick(const DriveSight& seen, Time now, double part_until_next_sync) noexcept;
 
+  /// In place of a tick when nothing may be said to the drive: its time to answer does not run.
+  void pause(Time now) noexcept { since_ = now; }
+
   // What the drive is to be told now.
   std::uint16_t bits() const noexcept;
   std::int32_t target() const noexcept { return offered_; }

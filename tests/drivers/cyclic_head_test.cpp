@@ -7,6 +7,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "tests/drivers/head_bench.h"
+#include "tests/drivers/noise.h"
 
 namespace headway::drivers {
 namespace {
@@ -282,36 +283,32 @@ RC_GTEST_PROP(CyclicHeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
   bench.tilt.position = *rc::gen::inRange(-29000, 44000);
   RC_ASSERT(bench.start());
   const unsigned loss = *rc::gen::inRange(0u, 10u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  const auto percent = [&noise] {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % 100;
-  };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
   // A drive that misses a SYNC makes up for it in the next, whoever leads it.
-  bench.to_drives = [&](hal::CanFrame& frame) { return frame.id == 0x080 || percent() >= loss; };
+  bench.to_drives = [&](hal::CanFrame& frame) { return frame.id == 0x080 || noise.percent() >= loss; };
   bool heard = true;
   bench.to_head = [&](hal::CanFrame& frame) {
     // What a drive says of one SYNC comes whole or not at all.
-    if ((frame.id & 0x780) != 0x280) heard = percent() >= loss;
+    if ((frame.id & 0x780) != 0x280) heard = noise.percent() >= loss;
     return heard;
   };
   for (int i = 0; i < 20; ++i) {
-    bench.head.command({percent() * 0.016 - 0.8, percent() * 0.016 - 0.8});
-    bench.run(milliseconds(5 * (percent() + 1)));
-    if (percent() < 20) {
+    bench.head.command({noise.percent() * 0.016 - 0.8, noise.percent() * 0.016 - 0.8});
+    bench.run(milliseconds(5 * (noise.percent() + 1)));
+    if (noise.percent() < 20) {
       bench.pan.never_acknowledges = true;
       bench.run(milliseconds(100));
-      bench.pan.position += static_cast<std::int32_t>(percent()) * 20 - 1000;  // it gives way
+      bench.pan.position += static_cast<std::int32_t>(noise.percent()) * 20 - 1000;  // it gives way
       bench.run(milliseconds(250));
       bench.pan.never_acknowledges = false;
     }
-    if (percent() < 20) {
+    if (noise.percent() < 20) {
       bench.pan.boot(bench.now);
-      bench.pan.position = static_cast<std::int32_t>(percent()) * 400 - 20000;  // pushed without torque
+      bench.pan.position = static_cast<std::int32_t>(noise.percent()) * 400 - 20000;  // pushed without torque
     }
-    if (percent() < 10) bench.tilt.quick_stop();
-    if (percent() < 10) bench.tilt.fault();
-    if (percent() < 20) bench.head.recover();
+    if (noise.percent() < 10) bench.tilt.quick_stop();
+    if (noise.percent() < 10) bench.tilt.fault();
+    if (noise.percent() < 20) bench.head.recover();
   }
   for (ScriptedDrive* drive : {&bench.pan, &bench.tilt}) {
     RC_ASSERT(drive->largest_start <= kLargestStep);  // the targets before it may have got lost
