@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "app/leave_head.h"
 #include "app/loop_configs.h"
 #include "hal/error.h"
 #include "hal/on_floor.h"
@@ -79,6 +80,8 @@ const char* text_of(hal::WalkerHealth health) {
 LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
                          runtime::Eyes& eyes, hal::Clock& clock)
     : robot_(with_map(robot, options)),
+      bus_(bus),
+      clock_(clock),
       head_(bus, head_config(robot_)),
       walker_(bus),
       links_(std::make_unique<runtime::Links>()),
@@ -90,6 +93,12 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
   check(options);
   loops_.on_update([this] { report(); });
   if (options.goal) mission_.set_goal(*options.goal);
+}
+
+bool LiveSession::stop() noexcept {
+  const bool rests = loops_.stop();
+  if (!head_.has_left()) leave_head(head_, bus_, clock_);
+  return rests;
 }
 
 /// In the frame loop's thread.

@@ -48,8 +48,8 @@ class LiveSession {
               hal::Clock& clock);
 
   void start() { loops_.start(); }
-  /// Brings the robot to rest and ends the loops. True when it rests.
-  bool stop() noexcept { return loops_.stop(); }
+  /// Brings the robot to rest, ends the loops and leaves the head's drives in order. True when it rests.
+  bool stop() noexcept;
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
@@ -69,6 +69,8 @@ class LiveSession {
   void report();
 
   Robot robot_;
+  hal::CanBus& bus_;
+  hal::Clock& clock_;
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
