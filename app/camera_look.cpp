@@ -117,11 +117,12 @@ Json json_of(const PairLook& pair) {
 }
 
 CameraLook look_at_pair(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,
-                        drivers::DeviceCalls& calls) {
+                        drivers::DeviceCalls& calls, const std::function<bool()>& asked) {
   drivers::StereoPair pair(config, clock, calls);
   RateMeter left, right;
   hal::StereoFrame frame;
-  for (const Time end = clock.now() + time; clock.now() < end; clock.sleep_until(clock.now() + kPause)) {
+  for (const Time end = clock.now() + time; clock.now() < end && !asked();
+       clock.sleep_until(clock.now() + kPause)) {
     pair.take_newest(frame);
     left.see(pair.left().stats(), clock.now());
     right.see(pair.right().stats(), clock.now());
@@ -157,9 +158,10 @@ CameraLook look_through(const drivers::V4l2CameraConfig& config, Duration time, 
 }
 
 CameraLook look_through(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,
-                        drivers::DeviceCalls& calls) {
-  CameraLook look = look_at_pair(config, time, clock, calls);
+                        drivers::DeviceCalls& calls, const std::function<bool()>& asked) {
+  CameraLook look = look_at_pair(config, time, clock, calls, asked);
   for (EyeLook& eye : look.eyes) {
+    if (asked()) break;
     if (!eye.image.pixels.empty() || eye.stats.state != CameraState::kStreaming) continue;
     const auto& alone = eye.name == "left" ? config.left : config.right;
     eye.image = look_through(alone, std::chrono::seconds(1), clock, calls).eyes.front().image;

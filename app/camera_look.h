@@ -2,6 +2,7 @@
 // together.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,12 +42,13 @@ struct CameraLook {
   bool is_well() const;
 };
 
-/// Looks for `time`, by a clock that sleeps. Where two eyes never make a pair, each is looked through by
-/// itself for another second. Throws as the cameras' constructors.
+/// Looks for `time`, by a clock that sleeps, or until it is `asked` to end. Where two eyes never make a pair,
+/// each is looked through by itself for another second. Throws as the cameras' constructors.
 CameraLook look_through(const drivers::V4l2CameraConfig& config, Duration time, hal::Clock& clock,
                         drivers::DeviceCalls& calls);
-CameraLook look_through(const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock,
-                        drivers::DeviceCalls& calls);
+CameraLook look_through(
+    const drivers::StereoPairConfig& config, Duration time, hal::Clock& clock, drivers::DeviceCalls& calls,
+    const std::function<bool()>& asked = [] { return false; });
 
 /// Some lines for a terminal.
 std::string text_of(const CameraLook& look);

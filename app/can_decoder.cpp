@@ -1,8 +1,11 @@
 #include "app/can_decoder.h"
 
+#include <algorithm>
 #include <array>
+#include <initializer_list>
 
 #include "hal/bus_codec.h"
+#include "hal/emergency.h"
 
 namespace headway::app {
 
@@ -31,7 +34,19 @@ DecodedCounts& DecodedCounts::operator+=(const DecodedCounts& other) noexcept {
 
 namespace {
 
-std::string_view meaning_of(const bus::SignalInfo& signal, double value) {
+/// Words of bits, and numbers of errors and objects.
+int hex_digits(const CanopenPlace& place, std::string_view signal) {
+  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), signal) != names.end();
+  };
+  if (place.function.empty() || place.function == "NMT") return 0;
+  if (is_one_of({"Code", "Index", "Controlword", "Statusword"})) return 4;
+  return is_one_of({"ErrorRegister", "Vendor", "Command", "Subindex", "Data"}) ? 2 : 0;
+}
+
+std::string_view meaning_of(const CanopenPlace& place, const bus::SignalInfo& signal, double value) {
+  if (place.function == "EMCY" && signal.name == "Code")
+    return hal::name_of_emergency(static_cast<std::uint16_t>(value));
   for (const bus::NamedValue& named : signal.names)
     if (named.value == value) return named.name;
   return {};
@@ -64,7 +79,9 @@ DecodedFrame CanDecoder::decode(const hal::CanFrame& frame) {
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bus::SignalInfo& signal = message->signals[i];
-    decoded.signals.push_back({signal.name, values[i], signal.unit, meaning_of(signal, values[i])});
+    decoded.signals.push_back({signal.name, values[i], signal.unit,
+                               meaning_of(decoded.canopen, signal, values[i]),
+                               hex_digits(decoded.canopen, signal.name)});
   }
   return decoded;
 }

@@ -25,7 +25,8 @@ struct SignalValue {
   std::string_view name;
   double value = 0;
   std::string_view unit;     ///< of the value; may be empty
-  std::string_view meaning;  ///< as the contract calls this value; empty: it has no name
+  std::string_view meaning;  ///< as the contract or the standard calls this value; empty: it has no name
+  int hex_digits = 0;        ///< as which CANopen writes it, at least so many; 0: it is an ordinary number
 };
 
 struct DecodedFrame {

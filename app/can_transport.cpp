@@ -1,5 +1,6 @@
 #include "app/can_transport.h"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <utility>
@@ -54,6 +55,12 @@ std::string can_transports() {
   std::string all;
   for (const Kind& kind : kKinds) all += fmt::format("{}{}", all.empty() ? "" : " or ", kind.example);
   return all;
+}
+
+bool is_can_transport(std::string_view name) {
+  return std::any_of(kKinds.begin(), kKinds.end(), [&](const Kind& kind) {
+    return name.starts_with(kind.prefix) && name.size() > kind.prefix.size();
+  });
 }
 
 std::vector<std::uint32_t> identifiers_of_the_loops() {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/can_bus.h"
@@ -24,6 +25,9 @@ struct CanTransport {
 
 /// What open_can_transport() knows, for help texts.
 std::string can_transports();
+
+/// Whether a name is of this form.
+bool is_can_transport(std::string_view name);
 
 /// Opens `socketcan:INTERFACE`, `gs_usb:SERIAL` or `slcan:TTY`. Throws InputError where the name is neither,
 /// and as the driver does where what it names cannot be opened. The clock must outlive the bus.

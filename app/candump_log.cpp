@@ -5,6 +5,7 @@
 #include <charconv>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -95,7 +96,8 @@ std::optional<LoggedFrame> read(const std::string& line) {
 
 }  // namespace
 
-CandumpLog::CandumpLog(const std::filesystem::path& file) : file_(file), in_(file) {
+CandumpLog::CandumpLog(const std::filesystem::path& file, std::function<void(const std::string&)> on_bad_line)
+    : file_(file), in_(file), on_bad_line_(std::move(on_bad_line)) {
   if (!in_ || std::filesystem::is_directory(file))
     throw InputError(fmt::format("{}: cannot be read, expected a log that candump -l wrote", file.string()));
 }
@@ -105,7 +107,7 @@ std::optional<LoggedFrame> CandumpLog::next() {
     ++line_;
     if (std::all_of(line.begin(), line.end(), [](unsigned char c) { return std::isspace(c) != 0; })) continue;
     if (auto frame = read(line)) return frame;
-    throw InputError(fmt::format(
+    on_bad_line_(fmt::format(
         "{}:{}: '{}' is no classic CAN frame, expected '(seconds) interface id#data' as candump -l writes",
         file_.string(), line_, config::one_line(line, 60)));
   }

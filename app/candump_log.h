@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -24,14 +25,16 @@ struct LoggedFrame {
 /// Reads `(1436509052.249713) can0 044#2A366C2BBA` line by line; empty lines are passed over.
 class CandumpLog {
  public:
+  /// `on_bad_line` is told `file:line: what, expected what` of lines that are no frame, and passed over.
   /// Throws InputError where the file cannot be read.
-  explicit CandumpLog(const std::filesystem::path& file);
-  /// The next frame; nothing at the end. Throws InputError `file:line: what, expected what`.
+  CandumpLog(const std::filesystem::path& file, std::function<void(const std::string&)> on_bad_line);
+  /// The next frame; nothing at the end.
   std::optional<LoggedFrame> next();
 
  private:
   std::filesystem::path file_;
   std::ifstream in_;
+  std::function<void(const std::string&)> on_bad_line_;
   std::size_t line_ = 0;
 };
 

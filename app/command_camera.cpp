@@ -20,7 +20,6 @@ namespace headway::app {
 namespace {
 
 namespace fs = std::filesystem;
-using drivers::PixelFormat;
 
 struct ShowOptions {
   std::vector<std::string> devices;  ///< one camera, or the left and the right eye
@@ -32,19 +31,12 @@ struct ShowOptions {
   double seconds = 3;
 };
 
-PixelFormat format_named(const std::string& name) {
-  for (const PixelFormat format : drivers::kPixelFormats) {
-    if (drivers::code_text(drivers::code_of(format)) == name) return format;
-  }
-  throw InputError(fmt::format("camera show: --format {}: is no format of images", name));
-}
-
 drivers::V4l2CameraConfig config_of(const ShowOptions& options, const std::string& device) {
   drivers::V4l2CameraConfig config;
   config.path = device;
   config.width = options.size[0];
   config.height = options.size[1];
-  config.format = format_named(options.format);
+  config.format = *drivers::image_format_named(options.format);
   config.rate = options.rate;
   if (options.exposure_ms) config.exposure = seconds(*options.exposure_ms * 1e-3);
   config.gain = options.gain;
@@ -109,12 +101,13 @@ void add_show(CLI::App& camera, Run& run) {
       ->type_name("DEVICE");
   command->add_option("--out", options->out, kOutHelp)->type_name("DIR");
   command->add_option("--size", options->size, "Size of the images")
+      ->delimiter('x')
       ->expected(2)
       ->check(CLI::Range(1, 16384))
-      ->type_name("WIDTH HEIGHT")
+      ->option_text("WIDTHxHEIGHT")
       ->capture_default_str();
   command->add_option("--format", options->format, "How pixels are sent")
-      ->check(CLI::IsMember({"GREY", "Y16", "YUYV", "NV12", "MJPG"}))
+      ->transform(CLI::IsMember(drivers::image_format_names(), CLI::ignore_case))
       ->type_name("NAME")
       ->capture_default_str();
   command->add_option("--rate", options->rate, "Frames per second; the camera's own unless given")

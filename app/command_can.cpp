@@ -8,9 +8,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "app/can_bus_name.h"
 #include "app/can_decoder.h"
 #include "app/can_transport.h"
 #include "app/candump_log.h"
@@ -71,7 +73,9 @@ std::string text_of(const DecodedFrame& decoded) {
   if (decoded.check) text += fmt::format(" [{}]", name_of(*decoded.check));
   if (!decoded.name.empty() && !decoded.declared) text += " [not as the contract declares]";
   for (const SignalValue& s : decoded.signals) {
-    text += fmt::format("  {} {:.13g}{}{}", s.name, s.value, s.unit.empty() ? "" : " ", s.unit);
+    text += s.hex_digits > 0
+                ? fmt::format("  {} 0x{:0{}X}", s.name, static_cast<std::uint64_t>(s.value), s.hex_digits)
+                : fmt::format("  {} {:.13g}{}{}", s.name, s.value, s.unit.empty() ? "" : " ", s.unit);
     if (!s.meaning.empty()) text += fmt::format(" ({})", s.meaning);
   }
   return text;
@@ -159,13 +163,26 @@ const char* name_of(hal::CanBusState state) {
   return "";
 }
 
-void dump_log(const DumpOptions& options, Printer& printer) {
-  CandumpLog log(options.log);
+/// Passes over lines that are no frames, such as the last one of a log that was cut off, and tells of them at
+/// the end. True when there was none.
+bool dump_log(const DumpOptions& options, Printer& printer) {
+  constexpr std::size_t kTold = 10;
+  std::vector<std::string> told;
+  std::uint64_t bad = 0;
+  CandumpLog log(options.log, [&](const std::string& what) {
+    ++bad;
+    if (told.size() < kTold) told.push_back(what);
+  });
   while (printer.printed() < options.count.value_or(UINT64_MAX)) {
     const auto frame = log.next();
-    if (!frame) return;
+    if (!frame) break;
     printer.print(*frame);
   }
+  if (bad == 0) return true;
+  if (printer.printed() == 0) throw InputError(told.front());
+  for (const std::string& what : told) fmt::print(stderr, "{}\n", what);
+  fmt::print(stderr, "{} lines that are no frames were passed over\n", bad);
+  return false;
 }
 
 void dump_bus(const DumpOptions& options, Printer& printer) {
@@ -204,9 +221,13 @@ int dump(const DumpOptions& options) {
   if (options.seconds && !options.log.empty())
     throw InputError("can dump: --seconds is for a bus; a log ends by itself, or after --count frames");
   Printer printer(options.json);
-  options.log.empty() ? dump_bus(options, printer) : dump_log(options, printer);
+  bool whole = true;
+  if (options.log.empty())
+    dump_bus(options, printer);
+  else
+    whole = dump_log(options, printer);
   printer.sum_up();
-  return kSuccess;
+  return whole ? kSuccess : kNotReached;
 }
 
 }  // namespace
@@ -224,8 +245,14 @@ void add_can(CLI::App& app, Run& run) {
       "  headway can dump --log walk.log --json\n"
       "Without --count and --seconds a bus is shown until Ctrl-C. It only listens, but an slcan adapter is "
       "told to go\n"
-      "on the bus at 500 kbit/s. How many frames may not be used is told at the end, on stderr.");
+      "on the bus at 500 kbit/s. How many frames may not be used is told at the end, on stderr. Lines of a "
+      "log "
+      "that\n"
+      "are no frames are told there and passed over; then the exit code is 1, and 2 where there is no frame "
+      "at "
+      "all.");
   command->add_option("--bus", options->bus, fmt::format("The bus: {}", can_transports()))
+      ->check(can_bus_name())
       ->type_name("TRANSPORT");
   command->add_option("--log", options->log, "A log that candump -l wrote, in place of a bus")
       ->type_name("FILE");

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "app/can_bus_name.h"
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/doctor.h"
@@ -11,6 +12,7 @@
 #include "app/examine_usb.h"
 #include "app/examine_wires.h"
 #include "app/hardware.h"
+#include "app/interrupts.h"
 #include "drivers/can_links.h"
 #include "hal/clock.h"
 #include "hal/error.h"
@@ -41,7 +43,8 @@ void look_at_can_links(const std::string& bus, Diagnosis& diagnosis) {
   if (is_the_kernels) examine_usb_adapter("/", interface, diagnosis);
 }
 
-void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnosis) {
+void look_at_bus(const Robot& robot, const std::string& name, const Interrupts& interrupts,
+                 Diagnosis& diagnosis) {
   diagnosis.about("bus");
   if (name.empty()) {
     diagnosis.fail("bus", "none is named", "hardware: bus: in the robot file, or --bus");
@@ -53,13 +56,14 @@ void look_at_bus(const Robot& robot, const std::string& name, Diagnosis& diagnos
     const auto adapter = serve(wire);
     diagnosis.ok("opened", name);
     if (!wire.adapter.empty()) diagnosis.ok("adapter", wire.adapter);
-    examine_bus(robot, *wire.bus, clock, kListen, diagnosis);
+    examine_bus(robot, *wire.bus, clock, kListen, diagnosis, [&] { return interrupts.asked(); });
   } catch (const Error& fault) {
     diagnosis.fail("opened", "not " + name, fault.what());
   }
 }
 
-void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnosis& diagnosis) {
+void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, const Interrupts& interrupts,
+                     Diagnosis& diagnosis) {
   diagnosis.about("eyes");
   if (hardware.left.empty() || hardware.right.empty()) {
     diagnosis.fail(
@@ -75,7 +79,9 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, Diagnos
     const drivers::StereoPairConfig pair = camera_pair(hardware, robot.rig);
     examine_usb_cameras("/", pair, diagnosis);
     diagnosis.about("eyes");
-    const CameraLook look = look_through(pair, kLook, clock, drivers::kernel_calls());
+    const CameraLook look =
+        look_through(pair, kLook, clock, drivers::kernel_calls(), [&] { return interrupts.asked(); });
+    if (interrupts.asked()) return;
     examine_cameras(look, hardware, diagnosis);
     examine_exposures(look.eyes, drivers::kernel_calls(), diagnosis);
   } catch (const Error& fault) {
@@ -92,10 +98,15 @@ int run(const Options& options) {
   if (!options.left.empty()) hardware.left = options.left;
   if (!options.right.empty()) hardware.right = options.right;
   Diagnosis diagnosis;
+  const Interrupts interrupts;
   examine_machine(MachineFacts::of_this_machine(), diagnosis);
   look_at_can_links(hardware.bus, diagnosis);
-  look_at_bus(robot, hardware.bus, diagnosis);
-  look_at_cameras(robot, hardware, diagnosis);
+  look_at_bus(robot, hardware.bus, interrupts, diagnosis);
+  if (!interrupts.asked()) look_at_cameras(robot, hardware, interrupts, diagnosis);
+  if (interrupts.asked()) {
+    diagnosis.about("doctor");
+    diagnosis.fail("interrupted", "not all was looked at; the head holds where it is", "run it again");
+  }
   fmt::print("{}", diagnosis.text());
   if (!options.json.empty()) write_json(options.json, diagnosis.json());
   return diagnosis.worst() == Verdict::kFail ? kNotReached : kSuccess;
@@ -109,14 +120,14 @@ void add_doctor(CLI::App& app, Run& run_command) {
                                          "Look at machine, bus, head, control computer and cameras: what is "
                                          "well, and what to do about the rest");
   command->add_option("robot", options->robot, "Robot file, e.g. config/hrp2/robot.yaml")->required();
-  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports());
+  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())->check(can_bus_name());
   command->add_option("--left", options->left, "Left camera, in place of the robot file's");
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
   command->add_option("--json", options->json, "Also write the findings into this file");
   command->footer(
       "The head's drives are switched on and hold where they are; nothing walks. Not beside 'headway run'.\n"
       "A line for each finding: ok, warn or fail, with what to do below it. Exit code 0 unless something "
-      "failed.");
+      "failed.\nCtrl-C ends it in order, with what was found so far and exit code 1.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }
 

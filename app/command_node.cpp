@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "app/can_bus_name.h"
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/finite_range.h"
@@ -37,7 +38,7 @@ int run(const Options& options) {
   const Robot robot = read_robot(options.robot);
   const sim::World world = read_world_for(robot, options.world);
   if (options.left.empty() != options.right.empty())
-    throw InputError("--left and --right: expected both or neither");
+    throw InputError("node: --left or --right is missing, expected both or neither");
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(options.bus, clock);
   const auto adapter = serve(wire);
@@ -82,11 +83,12 @@ void add_node(CLI::App& app, Run& run_command) {
   CLI::App* command = app.add_subcommand(
       "node",
       "The simulated robot behind real wires: head drives and control computer on a CAN bus, pictures "
-      "into named pipes; 'headway run' guides it from another process, once something makes cameras of the "
-      "pipes (tests/hil does)");
+      "into named pipes; 'headway run' guides it from another process (scripts/wires makes bus and cameras)");
   command->add_option("robot", options->robot, "Robot file")->required();
   command->add_option("--world", options->world, "World file, e.g. config/worlds/lab.yaml")->required();
-  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())->required();
+  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())
+      ->required()
+      ->check(can_bus_name());
   command->add_option("--left", options->left,
                       "Named pipe for the left camera's raw grey frames; made if need be");
   command->add_option("--right", options->right, "And for the right one's");

@@ -10,6 +10,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "app/can_bus_name.h"
 #include "app/can_transport.h"
 #include "app/commands.h"
 #include "app/end_at_once.h"
@@ -229,7 +230,7 @@ int run(Options options) {
   if (!options.bus.empty()) hardware.bus = options.bus;
   if (!options.left.empty()) hardware.left = options.left;
   if (!options.right.empty()) hardware.right = options.right;
-  require_complete(hardware, options.robot);
+  require_complete(hardware);
   options.bus = hardware.bus;
   require_simulated(options);
   std::optional<OutputFolder> out;
@@ -318,7 +319,7 @@ void add_run(CLI::App& app, Run& run_command) {
       ->expected(2)
       ->option_text("X,Y")
       ->check(finite_in(1, 200));
-  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports());
+  command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())->check(can_bus_name());
   command->add_option("--left", options->left, "Left camera, in place of the robot file's");
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
   command->add_option("--out", options->out, kOutHelp);

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include "app/drive_names.h"
+#include "app/leave_head.h"
 #include "app/loop_configs.h"
 #include "app/other_master.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
 #include "drivers/v4l2_exposure.h"
+#include "hal/emergency.h"
 
 namespace headway::app {
 
@@ -100,7 +102,9 @@ void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
 std::string trouble_of(const drivers::DriveReport& drive) {
   switch (drive.failure) {
     case drivers::DriveFailure::kNone:
-      return drive.phase == drivers::DrivePhase::kRunning ? "runs" : "does not answer so far";
+      return drive.phase != drivers::DrivePhase::kRunning ? "does not answer so far"
+             : drive.quick_stops > 0                      ? "runs; was held by a quick stop before"
+                                                          : "runs";
     case drivers::DriveFailure::kSetupTimedOut:
       return "does not answer";
     case drivers::DriveFailure::kSetupRefused:
@@ -120,8 +124,11 @@ std::string trouble_of(const drivers::DriveReport& drive) {
       return "did not find its home";
     case drivers::DriveFailure::kDriveFault:
       return "reports a fault";
+    case drivers::DriveFailure::kQuickStopped:
+      return "has stopped by itself (Quick stop active)";
     case drivers::DriveFailure::kEmergency:
-      return fmt::format("sent emergency {:04X}", drive.emergency_code);
+      return fmt::format("sent emergency 0x{:04X} ({})", drive.emergency_code,
+                         hal::name_of_emergency(drive.emergency_code));
     case drivers::DriveFailure::kGone:
       return "went silent: its heartbeat stays away";
   }
@@ -184,7 +191,8 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
 
 }  // namespace
 
-void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into) {
+void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into,
+                 const std::function<bool()>& asked) {
   Listening bus(wire);
   drivers::HeadConfig config = head_config(robot);
   // Who examines the robot moves nothing.
@@ -201,7 +209,7 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
   DriveNames pan(bus, config.pan_node), tilt(bus, config.tilt_node);
   std::array<hal::CanFrame, 32> frames;
   const Time begin = clock.now();
-  for (Time next = begin; next - begin < time; next += kCycle) {
+  for (Time next = begin; next - begin < time && !asked(); next += kCycle) {
     clock.sleep_until(next);
     while (const std::size_t count = bus.receive(frames))
       for (const hal::CanFrame& frame : std::span(frames).first(count)) {
@@ -218,11 +226,14 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
     if (head.pan().phase == drivers::DrivePhase::kRunning) pan.tick(clock.now());
     if (head.tilt().phase == drivers::DrivePhase::kRunning) tilt.tick(clock.now());
   }
-  judge_bus(bus, time, into);
-  into.about("head");
-  judge_drive("pan", config.pan_node, head.pan(), pan, into);
-  judge_drive("tilt", config.tilt_node, head.tilt(), tilt, into);
-  judge_walker(walker, into);
+  if (!asked()) {
+    judge_bus(bus, time, into);
+    into.about("head");
+    judge_drive("pan", config.pan_node, head.pan(), pan, into);
+    judge_drive("tilt", config.tilt_node, head.tilt(), tilt, into);
+    judge_walker(walker, into);
+  }
+  leave_head(head, bus, clock);
 }
 
 void examine_exposures(const std::vector<EyeLook>& eyes, drivers::DeviceCalls& calls, Diagnosis& into) {

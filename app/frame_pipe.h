@@ -1,5 +1,5 @@
 // A camera's frames as bytes: raw grey pixels, row by row, one frame right after the other, into a named pipe
-// that somebody else reads (the emulated USB camera of tests/hil, or any viewer of raw video).
+// that somebody else reads (the emulated USB camera of scripts/wires, or any viewer of raw video).
 #pragma once
 
 #include <cstdint>

@@ -4,43 +4,26 @@
 
 #include <fmt/format.h>
 
-#include "config/yaml_limits.h"
-#include "drivers/pixel_format.h"
 #include "drivers/stereo_pair.h"
 #include "hal/error.h"
 
 namespace headway::app {
 
-namespace {
-
-drivers::PixelFormat format_named(const std::string& name) {
-  std::string known;
-  for (const drivers::PixelFormat format : drivers::kPixelFormats) {
-    const std::string text = drivers::code_text(drivers::code_of(format));
-    if (text == name) return format;
-    known += (known.empty() ? "" : ", ") + text;
-  }
-  throw InputError(
-      fmt::format("hardware: cameras: format: '{}', expected one of {}", config::one_line(name), known));
-}
-
-}  // namespace
-
-void require_complete(const HardwareConfig& hardware, const std::filesystem::path& robot_file) {
+void require_complete(const HardwareConfig& hardware) {
   const auto require = [&](const std::string& value, const char* key, const char* option,
                            const char* example) {
     if (!value.empty()) return;
-    throw InputError(fmt::format("{}: hardware: {}: is missing, expected {}, here or with {}",
-                                 robot_file.string(), key, example, option));
+    throw InputError(fmt::format("{}: hardware.{}: is missing, expected {}, here or with {}", hardware.place,
+                                 key, example, option));
   };
   require(hardware.bus, "bus", "--bus", "the robot's CAN bus, such as socketcan:can0");
-  require(hardware.left, "cameras: left", "--left", "a device file, such as one below /dev/v4l/by-path");
-  require(hardware.right, "cameras: right", "--right", "a device file, such as one below /dev/v4l/by-path");
+  require(hardware.left, "cameras.left", "--left", "a device file, such as one below /dev/v4l/by-path");
+  require(hardware.right, "cameras.right", "--right", "a device file, such as one below /dev/v4l/by-path");
 }
 
 drivers::StereoPairConfig camera_pair(const HardwareConfig& hardware, const vision::StereoRig& rig) {
   drivers::V4l2CameraConfig eye;
-  eye.format = format_named(hardware.format);
+  eye.format = hardware.format;
   eye.rate = hardware.rate;
   if (hardware.exposure) eye.exposure = seconds(*hardware.exposure);
   eye.gain = hardware.gain;

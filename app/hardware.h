@@ -1,7 +1,6 @@
 // What `headway run` opens: the robot's bus and its cameras.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 
 #include "app/robot_file.h"
@@ -11,11 +10,10 @@
 
 namespace headway::app {
 
-/// Throws InputError that names what is missing, the key in `robot_file` and the option.
-void require_complete(const HardwareConfig& hardware, const std::filesystem::path& robot_file);
+/// Throws InputError `file:line: key: what` that names what is missing, and the option that gives it too.
+void require_complete(const HardwareConfig& hardware);
 
-/// How the cameras are to be set, for the rig that they are. Throws InputError for a format that is not
-/// known.
+/// How the cameras are to be set, for the rig that they are.
 drivers::StereoPairConfig camera_pair(const HardwareConfig& hardware, const vision::StereoRig& rig);
 
 /// The pair as the rig knows it. Throws InputError for what a user can mend.

@@ -1,9 +1,11 @@
 #include "app/live_session.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "app/leave_head.h"
 #include "app/loop_configs.h"
 #include "hal/error.h"
 #include "hal/on_floor.h"
@@ -81,6 +83,8 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
                          runtime::Eyes& eyes, hal::Clock& clock)
     : robot_(with_map(robot, options)),
       options_(options),
+      bus_(bus),
+      clock_(clock),
       head_(bus, head_config(robot_)),
       walker_(bus),
       links_(std::make_unique<runtime::Links>()),
@@ -121,6 +125,13 @@ void LiveSession::reset() {
 const runtime::SafetyReport& LiveSession::safety() const {
   links_->safety_now.update();
   return links_->safety_now.value();
+}
+
+bool LiveSession::stop() noexcept {
+  const bool rests = loops_.stop();
+  const bool bus_hangs = std::string_view(loops_.left_hanging()) == "bus";  // and may yet use the head
+  if (!bus_hangs && !head_.has_left()) leave_head(head_, bus_, clock_);
+  return rests;
 }
 
 /// In the frame loop's thread.

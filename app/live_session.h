@@ -55,8 +55,8 @@ class LiveSession {
               hal::Clock& clock);
 
   void start() { loops_.start(); }
-  /// Brings the robot to rest and ends the loops. True when it stands.
-  bool stop() noexcept { return loops_.stop(); }
+  /// Brings the robot to rest, ends the loops and leaves the head's drives in order. True when it stands.
+  bool stop() noexcept;
   /// As LiveLoops::left_hanging().
   const char* left_hanging() const noexcept { return loops_.left_hanging(); }
 
@@ -94,6 +94,8 @@ class LiveSession {
 
   Robot robot_;
   LiveOptions options_;
+  hal::CanBus& bus_;
+  hal::Clock& clock_;
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;

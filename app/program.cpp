@@ -4,59 +4,17 @@
 #include <exception>
 #include <iostream>
 #include <new>
-#include <string>
-#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
+#include "app/argument_fault.h"
 #include "app/commands.h"
-#include "config/spelling.h"
-#include "config/yaml_limits.h"
 #include "hal/error.h"
 
 namespace headway::app {
 
 namespace {
-
-/// The first argument that looks like an option and is none, and which one may be meant; empty: there is
-/// none. It is told before what is missing, which is mostly what it was to be.
-std::string unknown_option(const CLI::App& program, const CLI::App& command) {
-  std::vector<std::string> known;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  for (const std::string& argument : program.remaining(true)) {
-    if (!argument.starts_with("--") || argument == "--") continue;
-    const std::string name = argument.substr(0, argument.find('='));
-    const std::string meant = config::meant_by(name, known);
-    return fmt::format("{} is no option{}", config::one_line(name),
-                       meant.empty() ? "" : fmt::format("; did you mean {}?", meant));
-  }
-  return "";
-}
-
-/// What is wrong with the arguments, and where to read on, in one line.
-std::string told(const CLI::App& program, const CLI::ParseError& fault) {
-  std::string chosen;
-  const CLI::App* last = &program;
-  while (!last->get_subcommands().empty()) {
-    last = last->get_subcommands().front();
-    chosen += (chosen.empty() ? "" : " ") + last->get_name();
-  }
-  if (last->get_require_subcommand_min() == 0) {
-    const std::string stranger = unknown_option(program, *last);
-    return fmt::format("{0}: {1}; see 'headway {0} --help'", chosen,
-                       stranger.empty() ? config::one_line(fault.what()) : stranger);
-  }
-  std::vector<std::string> commands;
-  for (const CLI::App* command : last->get_subcommands([](const CLI::App*) { return true; }))
-    commands.push_back(command->get_name());
-  const std::vector<std::string> rest = program.remaining(true);
-  const std::string what =
-      rest.empty() ? "no command" : fmt::format("'{}' is no command", config::one_line(rest.front()));
-  return fmt::format("{}{}, expected one of: {}; see 'headway {}--help'", chosen.empty() ? "" : chosen + ": ",
-                     what, fmt::join(commands, ", "), chosen.empty() ? "" : chosen + " ");
-}
 
 /// Runs the command that was chosen, or shows help; what it said must have arrived.
 int run_chosen(CLI::App& program, const Run& run, int argc, const char* const* argv) {
@@ -65,7 +23,7 @@ int run_chosen(CLI::App& program, const Run& run, int argc, const char* const* a
     program.parse(argc, argv);
     code = run();
   } catch (const CLI::ParseError& fault) {
-    if (fault.get_exit_code() != 0) throw InputError(told(program, fault));
+    if (fault.get_exit_code() != 0) throw InputError(argument_fault(program, fault));
     program.exit(fault);
   }
   errno = 0;

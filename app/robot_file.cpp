@@ -1,12 +1,14 @@
 #include "app/robot_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "app/can_transport.h"
 #include "app/file_kind.h"
 #include "config/yaml_reader.h"
 #include "hal/angle.h"
@@ -240,40 +242,54 @@ void read_runtime(const Section& section, runtime::LiveConfig& loops) {
       seconds(section.number_or("missed_within_seconds", to_seconds(loops.missed.within), {0.1, 60, "s"}));
 }
 
-void read_homing(const Section& homing, drivers::HomingConfig& config) {
+/// `fastest` is what the head may turn at [rad/s].
+void read_homing(const Section& homing, double fastest, drivers::HomingConfig& config) {
   using Policy = drivers::HomingConfig::Policy;
   const bool moves = homing.flag_or("move", false);
   config.policy = moves ? Policy::kMove : Policy::kRequired;
   if (!moves) return;
   config.method = homing.integer("method", {-128, 127});
   if (config.method == 0) homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
-  config.search_speed =
-      kDegree * homing.number_or("speed_deg_s", config.search_speed / kDegree, {0.1, 60, "deg/s"});
-  config.zero_speed =
-      kDegree * homing.number_or("zero_speed_deg_s", config.zero_speed / kDegree, {0.1, 60, "deg/s"});
+  const double most = std::round(fastest / kDegree * 1e6) / 1e6;  // as it was written
+  const auto speed = [&](std::string_view key, double usual) {
+    return kDegree *
+           homing.number_or(key, std::min(usual / kDegree, most), {0.1, std::min(60.0, most), "deg/s"});
+  };
+  config.search_speed = speed("speed_deg_s", config.search_speed);
+  config.zero_speed = speed("zero_speed_deg_s", config.zero_speed);
   config.acceleration =
       kDegree * homing.number_or("acceleration_deg_s2", config.acceleration / kDegree, {1, 1000, "deg/s^2"});
   config.longest = seconds(homing.number_or("longest_seconds", to_seconds(config.longest), {1, 600, "s"}));
 }
 
-void read_head(const Section& head, HardwareConfig& config) {
+void read_head(const Section& head, double fastest, HardwareConfig& config) {
   if (head.choice_or("set_points", "profile", {"profile", "cyclic"}) == "cyclic")
     config.set_points = drivers::SetPointMode::kCyclic;
-  if (const auto homing = head.section_if("homing")) read_homing(*homing, config.homing);
+  if (const auto homing = head.section_if("homing")) read_homing(*homing, fastest, config.homing);
 }
 
-void read_hardware(const Section& hardware, HardwareConfig& config) {
+void read_cameras(const Section& cameras, HardwareConfig& config) {
+  config.left = cameras.text_or("left", config.left);
+  config.right = cameras.text_or("right", config.right);
+  if (!config.left.empty() && config.left == config.right)
+    cameras.fail("right",
+                 fmt::format("'{}' is the left eye as well, expected a device for each", config.right));
+  if (cameras.has("format"))
+    config.format = *drivers::image_format_named(cameras.choice("format", drivers::image_format_names()));
+  config.rate = cameras.number_or("rate", config.rate, {1, 240, "Hz"});
+  // No longer than the time from frame to frame.
+  if (cameras.has("exposure_ms"))
+    config.exposure = cameras.number("exposure_ms", {0.1, 1000 / config.rate, "ms"}) * 1e-3;
+  if (cameras.has("gain")) config.gain = cameras.integer("gain", {0, 1e6});
+}
+
+void read_hardware(const Section& hardware, double fastest, HardwareConfig& config) {
+  config.place = hardware.place();
   config.bus = hardware.text_or("bus", config.bus);
-  if (const auto head = hardware.section_if("head")) read_head(*head, config);
-  const auto cameras = hardware.section_if("cameras");
-  if (!cameras) return;
-  config.left = cameras->text_or("left", config.left);
-  config.right = cameras->text_or("right", config.right);
-  config.format = cameras->text_or("format", config.format);
-  config.rate = cameras->number_or("rate", config.rate, {1, 240, "Hz"});
-  if (cameras->has("exposure_ms"))
-    config.exposure = cameras->number("exposure_ms", {0.01, 1000, "ms"}) * 1e-3;
-  if (cameras->has("gain")) config.gain = cameras->integer("gain", {0, 1e6});
+  if (!config.bus.empty() && !is_can_transport(config.bus))
+    hardware.fail("bus", fmt::format("'{}', expected one like {}", config.bus, can_transports()));
+  if (const auto head = hardware.section_if("head")) read_head(*head, fastest, config);
+  if (const auto cameras = hardware.section_if("cameras")) read_cameras(*cameras, config);
 }
 
 /// Trunk and arms as one box, from the neck down to what no longer counts as floor.
@@ -357,7 +373,9 @@ Robot read_robot(const std::filesystem::path& file) {
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
   if (const auto loops = section.section_if("runtime")) read_runtime(*loops, robot.loops);
-  if (const auto hardware = section.section_if("hardware")) read_hardware(*hardware, robot.hardware);
+  robot.hardware.place = file.string();
+  if (const auto hardware = section.section_if("hardware"))
+    read_hardware(*hardware, robot.mission.head.velocity, robot.hardware);
   robot.mapper.integration.own_body = own_body(section, robot);
   step_over(robot.mission.gait.over.height, robot);
   section.finish();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/cia402_head.h"
+#include "drivers/pixel_format.h"
 #include "hal/head_kinematics.h"
 #include "nav/levelling.h"
 #include "runtime/live_loops.h"
@@ -32,9 +33,10 @@ struct SimulationConfig {
 
 /// What `headway run` opens; of it the simulator needs only how the head is led.
 struct HardwareConfig {
+  std::string place;        ///< where it stands: "robot.yaml:12", or the file's name where it is absent
   std::string bus;          ///< see can_transport.h
   std::string left, right;  ///< the cameras' device files
-  std::string format = "GREY";
+  drivers::PixelFormat format = drivers::PixelFormat::kGrey;
   double rate = 15;                                                    ///< of the cameras [Hz]
   std::optional<double> exposure;                                      ///< [s]; none: as the cameras choose
   std::optional<int> gain;                                             ///< in the cameras' own numbers

@@ -31,6 +31,13 @@ std::string without_digits(std::string_view word) {
   return rest;
 }
 
+/// `longer` is `word` and something more, such as a unit.
+bool continues(std::string_view longer, std::string_view word) {
+  constexpr std::size_t kShortest = 3;
+  return word.size() >= kShortest && longer.size() > word.size() && longer.starts_with(word) &&
+         (longer[word.size()] == '_' || longer[word.size()] == '-');
+}
+
 }  // namespace
 
 std::string meant_by(std::string_view word, const std::vector<std::string>& known) {
@@ -43,7 +50,11 @@ std::string meant_by(std::string_view word, const std::vector<std::string>& know
     if (apart < allowed && without_digits(word) != without_digits(candidate))
       allowed = apart, nearest = candidate;
   }
-  return nearest;
+  if (!nearest.empty()) return nearest;
+  const auto goes_on = std::find_if(known.begin(), known.end(), [&](const std::string& candidate) {
+    return continues(candidate, word) || continues(word, candidate);
+  });
+  return goes_on == known.end() ? std::string() : *goes_on;
 }
 
 }  // namespace headway::config

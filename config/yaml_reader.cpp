@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string place(const std::string& file, const YAML::Mark& mark) {
+std::string place_of(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : fmt::format("{}:{}", file, mark.line + 1);
 }
 
@@ -120,8 +120,10 @@ void Section::fail(std::string_view key, const std::string& what) const {
       if (is_key(entry.first, key)) mark = entry.first.Mark();
   const std::string name = one_line(full_name(key), 120);
   throw InputError(
-      fmt::format("{}: {}{}{}", place(file_, mark), name, name.empty() ? "" : ": ", one_line(what)));
+      fmt::format("{}: {}{}{}", place_of(file_, mark), name, name.empty() ? "" : ": ", one_line(what)));
 }
+
+std::string Section::place() const { return place_of(file_, node_.Mark()); }
 
 YAML::Node Section::child(std::string_view key) const {
   seen_->find(node_)->keys.emplace(key);

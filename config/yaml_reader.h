@@ -70,6 +70,8 @@ class Section {
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
 
   const std::string& file() const { return file_; }
+  /// file:line of it.
+  std::string place() const;
 
  private:
   struct Seen;

@@ -20,6 +20,8 @@ class Cadence {
     const bool keeps_phase = next_ && now - *next_ < latest_;
     next_ = (keeps_phase ? *next_ : now) + cycle_;
   }
+  /// Until it is due again, once it was done.
+  Duration until_due(Time now) const noexcept { return next_ ? *next_ - now : Duration{}; }
   /// Counts the cycle from `now`: for what was done ahead of time.
   void restart(Time now) noexcept { next_ = now + cycle_; }
 

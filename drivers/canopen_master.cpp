@@ -18,7 +18,9 @@ constexpr std::optional<hal::CanFrame> kSync = Sync{}.pack();
 void CanopenMaster::tick(Time now) noexcept {
   if (heartbeat_.is_due(now) && send(kHeartbeat)) heartbeat_.done(now);
   has_just_synced_ = sync_.is_due(now) && send(kSync);
-  if (has_just_synced_) sync_.done(now);
+  if (!has_just_synced_) return;
+  sync_.done(now);
+  part_until_next_sync_ = to_seconds(sync_.until_due(now)) / to_seconds(Sync::kCycle);
 }
 
 bool CanopenMaster::order(Nmt::Command command, std::uint8_t node) noexcept {

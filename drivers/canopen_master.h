@@ -22,6 +22,8 @@ class CanopenMaster {
   void tick(Time now) noexcept;
   /// SYNC went out at the last tick.
   bool has_just_synced() const noexcept { return has_just_synced_; }
+  /// Of SYNC's cycle, what passes until the next one is due: less than all of it after one that was late.
+  double part_until_next_sync() const noexcept { return part_until_next_sync_; }
   /// Sends a network management order to one node; false when there was no room.
   bool order(hal::bus::Nmt::Command command, std::uint8_t node) noexcept;
   /// Sends any frame; false when there was no room or nothing to send.
@@ -30,9 +32,11 @@ class CanopenMaster {
  private:
   hal::CanBus& bus_;
   Cadence heartbeat_{hal::bus::Heartbeat::kCycle};
-  /// Cyclic targets are a full period's way apart: a late SYNC must not draw the next one near.
+  /// A drive has little less than a period's time for each cyclic target: a SYNC that is very late draws the
+  /// next one no nearer.
   Cadence sync_{hal::bus::Sync::kCycle, hal::bus::Sync::kCycle / 8};
   bool has_just_synced_ = false;
+  double part_until_next_sync_ = 1;
 };
 
 /// One node's heartbeat as its master sees it.

@@ -20,6 +20,10 @@ constexpr int kFaultResets = 3;
 /// Bit 7 acts on its rising edge: up for so long, then down for as long.
 constexpr Duration kEdge = std::chrono::milliseconds(100);
 
+/// One status may get lost. After more it is not known whether a drive stopped, which the next command would
+/// end.
+constexpr Duration kStatusHolds = hal::bus::Sync::kCycle * 5 / 2;
+
 /// A joint at its limit may be seen so far beyond it.
 constexpr std::int32_t kBeyond = 500;
 
@@ -57,6 +61,7 @@ Cia402Drive::Cia402Drive(CanopenMaster& master, std::uint8_t node, const DriveNu
       numbers_(numbers),
       timeouts_(timeouts),
       setup_(master, node, numbers, timeouts.sdo),
+      parting_(master, node, timeouts.sdo),
       heartbeat_(timeouts.heartbeat),
       homing_(numbers.homing),
       set_points_(set_points_of(numbers, timeouts.set_point)) {}
@@ -73,11 +78,14 @@ void Cia402Drive::receive(const hal::CanFrame& frame) noexcept {
   } else if (frame.id == cia402::kEmcyBase + node_) {
     if (const auto emergency = Emcy::unpack(frame)) hear(*emergency);
   } else {
-    setup_.receive(frame);
+    is_leaving() ? parting_.receive(frame) : setup_.receive(frame);
   }
 }
 
 void Cia402Drive::hear(const DriveStatus& status, Time stamp) noexcept {
+  const bool stopped = cia402::state_of(status.statusword) == State::kQuickStopActive;
+  if (stopped && !was_stopped_ && !is_leaving()) ++report_.quick_stops;
+  was_stopped_ = stopped;
   statusword_ = status.statusword;
   mode_ = status.mode;
   status_heard_ = stamp;
@@ -90,6 +98,7 @@ void Cia402Drive::hear(const DriveMotion& motion, Time stamp) noexcept {
 }
 
 void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
+  if (is_leaving()) return;
   if (heartbeat.state == Heartbeat::State::kBootUp) {
     ++report_.boot_ups;
     begin();
@@ -104,13 +113,12 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
     case DrivePhase::kHoming:
     case DrivePhase::kRunning:
       heartbeat_.hear(stamp);
-      if (!operational) begin();
+      if (!operational) set_up_again();
       break;
     case DrivePhase::kFailed:
       if (report_.failure == DriveFailure::kGone) begin();
       break;
-    case DrivePhase::kOrdering:
-    case DrivePhase::kSettingUp:
+    default:
       break;
   }
 }
@@ -142,19 +150,37 @@ void Cia402Drive::begin() noexcept {
   said_.reset();
 }
 
+/// It has left Operational without a boot: what made it do so may show in its state.
+void Cia402Drive::set_up_again() noexcept {
+  begin();
+  was_enabled_ = true;
+}
+
 void Cia402Drive::fail(DriveFailure why) noexcept {
   report_.phase = DrivePhase::kFailed;
   report_.failure = why;
 }
 
 void Cia402Drive::recover() noexcept {
-  if (has_failed()) begin();
+  if (!has_failed()) return;
+  homing_.permit();
+  begin();
 }
+
+void Cia402Drive::leave() noexcept {
+  if (is_leaving()) return;
+  const bool answers =
+      report_.failure != DriveFailure::kGone && report_.failure != DriveFailure::kSetupTimedOut;
+  report_.phase = answers ? DrivePhase::kLeaving : DrivePhase::kLeft;
+  parting_.write(hal::cia402::object::kConsumerHeartbeat, 0);
+}
+
+bool Cia402Drive::is_leaving() const noexcept { return report_.phase == DrivePhase::kLeaving || has_left(); }
 
 void Cia402Drive::tick(Time now) noexcept {
   silent_ = !status_heard_ || now - *status_heard_ > timeouts_.pdo ||  //
             !motion_heard_ || now - *motion_heard_ > timeouts_.pdo;
-  if (!has_failed() && heartbeat_.is_missing(now)) fail(DriveFailure::kGone);
+  if (!has_failed() && !is_leaving() && heartbeat_.is_missing(now)) fail(DriveFailure::kGone);
   follow_state(now);
   start_where_it_is(now);
   switch (report_.phase) {
@@ -176,6 +202,11 @@ void Cia402Drive::tick(Time now) noexcept {
     case DrivePhase::kFailed:
       stand(now);
       break;
+    case DrivePhase::kLeaving:
+      part(now);
+      break;
+    case DrivePhase::kLeft:
+      break;
   }
 }
 
@@ -187,6 +218,16 @@ void Cia402Drive::stand(Time now) noexcept {
   } else if (!homing_.is_done() && report_.state == State::kOperationEnabled) {
     say(cia402::code_of(Command::kEnableOperation), present_target(), now);
   }
+}
+
+/// What it does not take it does by itself, when it misses our heartbeat.
+void Cia402Drive::part(Time now) noexcept {
+  if (!silent_ && report_.state == State::kOperationEnabled) {
+    say(cia402::code_of(Command::kQuickStop), present_target(), now);
+    return;
+  }
+  parting_.tick(now);
+  if (parting_.status() != SdoClient::Status::kBusy) report_.phase = DrivePhase::kLeft;
 }
 
 void Cia402Drive::follow_state(Time now) noexcept {
@@ -222,6 +263,10 @@ void Cia402Drive::enable(Time now) noexcept {
   if (!start_ordered_) start_ordered_ = master_.order(Nmt::Command::kStart, node_);
   if (was_enabled_ && is_at_fault()) {
     fail(DriveFailure::kDriveFault);
+    return;
+  }
+  if (was_enabled_ && is_quick_stopped()) {
+    fail(DriveFailure::kQuickStopped);
     return;
   }
   if (!silent_ && is_too_far_outside()) {
@@ -284,6 +329,8 @@ void Cia402Drive::home(Time now) noexcept {
   if (report_.state != State::kOperationEnabled) {
     if (homing_.status() == Homing::Status::kMoving) {
       fail(DriveFailure::kHomingFailed);  // interrupted: it is not for the drive to begin again by itself
+    } else if (is_quick_stopped()) {
+      fail(DriveFailure::kQuickStopped);
     } else {
       report_.phase = DrivePhase::kEnabling;
     }
@@ -307,8 +354,12 @@ void Cia402Drive::run(Time now) noexcept {
     fail(DriveFailure::kDriveFault);
     return;
   }
+  if (is_quick_stopped()) {
+    fail(DriveFailure::kQuickStopped);
+    return;
+  }
   if (report_.state != State::kOperationEnabled) {
-    report_.phase = DrivePhase::kEnabling;  // it quick-stopped or was switched off: up again, without a jump
+    report_.phase = DrivePhase::kEnabling;  // it was switched off: up again, without a jump
     return;
   }
   tell_set_point(now);
@@ -319,9 +370,13 @@ void Cia402Drive::run(Time now) noexcept {
 // --- set-points ---
 
 void Cia402Drive::tell_set_point(Time now) noexcept {
+  if (!status_heard_ || now - *status_heard_ > kStatusHolds) {
+    std::visit([&](auto& points) { points.pause(now); }, set_points_);
+    return;
+  }
   std::visit(
       [&](auto& points) {
-        points.tick(sight(), now);
+        points.tick(sight(), now, master_.part_until_next_sync());
         const auto word =
             static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | points.bits());
         if (say(word, points.target(), now)) points.sent();
@@ -360,6 +415,8 @@ std::int8_t Cia402Drive::mode_wanted() const noexcept {
 bool Cia402Drive::is_at_fault() const noexcept {
   return report_.state == State::kFault || report_.state == State::kFaultReactionActive;
 }
+
+bool Cia402Drive::is_quick_stopped() const noexcept { return report_.state == State::kQuickStopActive; }
 
 /// A position means nothing before the drive is homed.
 bool Cia402Drive::is_too_far_outside() const noexcept {

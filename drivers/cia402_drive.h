@@ -31,6 +31,8 @@ enum class DrivePhase : std::uint8_t {
   kHoming,    ///< asked whether it knows where its joint is, or finding that out
   kRunning,
   kFailed,
+  kLeaving,  ///< being told that nobody leads it any more
+  kLeft,
 };
 
 enum class DriveFailure : std::uint8_t {
@@ -44,6 +46,7 @@ enum class DriveFailure : std::uint8_t {
   kNotHomed,             ///< does not know where its joint is, and may not find it out by itself
   kHomingFailed,         ///< did not find that out
   kDriveFault,           ///< its state is Fault
+  kQuickStopped,         ///< it has stopped by itself: Quick stop active, which nobody here ordered
   kEmergency,            ///< it sent an emergency message
   kGone,                 ///< its heartbeat stays away
 };
@@ -57,6 +60,7 @@ struct DriveReport {
   std::uint32_t abort_code = 0;      ///< of an SDO abort
   std::uint16_t emergency_code = 0;  ///< of the newest emergency message
   std::uint32_t boot_ups = 0;        ///< boot-up messages heard
+  std::uint32_t quick_stops = 0;     ///< times that it was found in Quick stop active
 };
 
 /// Real-time safe. Positions are in 0.001 degree.
@@ -74,6 +78,9 @@ class Cia402Drive {
   void hold(bool hold) noexcept;
   /// After a failure: reset the fault and begin anew.
   void recover() noexcept;
+  /// Lets it stop quickly and hold, then no longer wait for our heartbeat. For good.
+  void leave() noexcept;
+  bool has_left() const noexcept { return report_.phase == DrivePhase::kLeft; }
 
   const DriveReport& report() const noexcept { return report_; }
   bool has_failed() const noexcept { return report_.phase == DrivePhase::kFailed; }
@@ -96,6 +103,7 @@ class Cia402Drive {
   void hear(const hal::bus::Emcy& emergency) noexcept;
 
   void begin() noexcept;
+  void set_up_again() noexcept;
   void fail(DriveFailure why) noexcept;
   void order_pre_operational() noexcept;
   void set_up(Time now) noexcept;
@@ -104,6 +112,8 @@ class Cia402Drive {
   void home(Time now) noexcept;
   void run(Time now) noexcept;
   void stand(Time now) noexcept;
+  void part(Time now) noexcept;
+  bool is_leaving() const noexcept;
   void tell_set_point(Time now) noexcept;
   hal::cia402::Command next_command(Time now) const noexcept;
   std::uint16_t reset_fault(Time now) noexcept;
@@ -113,6 +123,7 @@ class Cia402Drive {
   std::int8_t mode_wanted() const noexcept;
   bool is_too_far_outside() const noexcept;
   bool is_at_fault() const noexcept;
+  bool is_quick_stopped() const noexcept;
   DriveSight sight() const noexcept { return {statusword_, position_, silent_}; }
 
   CanopenMaster& master_;
@@ -120,6 +131,7 @@ class Cia402Drive {
   DriveNumbers numbers_;
   DriveTimeouts timeouts_;
   DriveSetup setup_;
+  SdoClient parting_;
   HeartbeatWatch heartbeat_;
   DriveReport report_;
 
@@ -128,9 +140,10 @@ class Cia402Drive {
   std::int32_t position_ = 0, velocity_ = 0;
   std::optional<Time> status_heard_, motion_heard_;
   bool silent_ = true, start_ordered_ = false;
+  bool was_stopped_ = false;  ///< the newest status that was heard says Quick stop active
 
   std::optional<Time> state_since_;  ///< the drive has been in report_.state since
-  bool was_enabled_ = false;         ///< since it was begun: a fault after that is no old one
+  bool was_enabled_ = false;         ///< by us: a fault or a quick stop after that is no old one
   int fault_resets_ = 0;
   std::optional<Time> fault_edge_;
 

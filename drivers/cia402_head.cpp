@@ -133,6 +133,11 @@ void Cia402Head::recover() noexcept {
   tilt_.recover();
 }
 
+void Cia402Head::leave() noexcept {
+  pan_.leave();
+  tilt_.leave();
+}
+
 HeadHealth Cia402Head::judge() const noexcept {
   const auto unhomed = [](const Cia402Drive& drive) {
     return drive.has_failed() && drive.report().failure == DriveFailure::kNotHomed;

@@ -58,6 +58,10 @@ class Cia402Head final : public hal::Head {
   /// After a fault: begin anew with both drives.
   void recover() noexcept override;
 
+  /// At the end: both drives stop and hold, and wait for nobody. Takes some ticks, until has_left().
+  void leave() noexcept;
+  bool has_left() const noexcept { return pan_.has_left() && tilt_.has_left(); }
+
   const DriveReport& pan() const noexcept { return pan_.report(); }
   const DriveReport& tilt() const noexcept { return tilt_.report(); }
 

@@ -29,7 +29,7 @@ void CyclicSetPoints::hold(bool hold, std::int32_t /*position*/) noexcept {
   held_ = hold;
 }
 
-void CyclicSetPoints::tick(const DriveSight& seen, Time now) noexcept {
+void CyclicSetPoints::tick(const DriveSight& seen, Time now, double part_until_next_sync) noexcept {
   const bool follows = (seen.statusword & hal::cia402::status_bit::kFollows) != 0;
   if (follows || seen.silent) followed_ = now;
   timed_out_ = now - followed_ > timeout_;
@@ -40,7 +40,15 @@ void CyclicSetPoints::tick(const DriveSight& seen, Time now) noexcept {
   }
   settled_ = true;
   next_ = ramp_;
-  held_ || seen.silent ? next_.step_to_rest() : next_.step_towards(wanted_);
+  if (held_ || seen.silent)
+    next_.step_to_rest(part_until_next_sync);
+  else
+    next_.step_towards(wanted_, part_until_next_sync);
+}
+
+void CyclicSetPoints::pause(Time now) noexcept {
+  ramp_.stand(ramp_.position());
+  followed_ = now;
 }
 
 std::int32_t CyclicSetPoints::target() const noexcept { return wire_.clamped(rounded(next_.position())); }

@@ -26,9 +26,13 @@ class CyclicSetPoints {
   void aim(std::int32_t target) noexcept { wanted_ = limits_.clamped(target); }
   /// Brakes and stands as long as `hold`; afterwards it stays there until aimed again.
   void hold(bool hold, std::int32_t position) noexcept;
-  /// Goes on by a step. While the drive does not follow, the target is where it stands; while it is silent,
-  /// the target brakes and stands.
-  void tick(const DriveSight& seen, Time now) noexcept;
+  /// Goes on to where the way is at the next SYNC, the given part of a period after the newest one: a drive
+  /// that takes a period for each target, from SYNC on, then goes evenly however unsteady SYNC is. While the
+  /// drive does not follow, the target is where it stands; while it is silent, the target brakes and stands.
+  void tick(const DriveSight& seen, Time now, double part_until_next_sync) noexcept;
+
+  /// In place of a tick when nothing may be said to the drive, which comes to rest at the target it has.
+  void pause(Time now) noexcept;
 
   // What the drive is to be told now.
   std::uint16_t bits() const noexcept { return 0; }

@@ -15,8 +15,9 @@ void Homing::tick(std::optional<std::uint16_t> statusword, bool paused, Time now
       if (!statusword) break;
       spent_ = Duration{};
       status_ = says(status_bit::kHomingAttained) ? Status::kDone
-                : numbers_->may_move              ? Status::kMoving
+                : may_move_                       ? Status::kMoving
                                                   : Status::kNotHomed;
+      may_move_ = false;
       break;
     case Status::kMoving:
       if (says(status_bit::kHomingError) || spent_ > numbers_->longest)

@@ -25,8 +25,14 @@ class Homing {
   enum class Status : std::uint8_t { kAsked, kMoving, kDone, kNotHomed, kFailed };
 
   /// Without numbers the drive is taken to know where it is.
-  explicit Homing(const std::optional<HomingNumbers>& numbers) noexcept : numbers_(numbers) { begin(); }
+  explicit Homing(const std::optional<HomingNumbers>& numbers) noexcept : numbers_(numbers) {
+    permit();
+    begin();
+  }
 
+  /// Somebody has started the head, or recovered it: it may look for home once, if its numbers say so. One
+  /// that loses its home later must not swing about while the robot walks.
+  void permit() noexcept { may_move_ = numbers_ && numbers_->may_move; }
   /// The drive has been switched on, or interrupted: what it knows is asked anew.
   void begin() noexcept { status_ = numbers_ ? Status::kAsked : Status::kDone; }
   /// The drive is in homing mode, in Operation enabled, and says this, or nothing while it is silent. Time in
@@ -41,6 +47,7 @@ class Homing {
  private:
   std::optional<HomingNumbers> numbers_;
   Status status_ = Status::kDone;
+  bool may_move_ = false;
   Duration spent_{};  ///< on moving
   Time ticked_{};
 };

@@ -39,6 +39,19 @@ std::string code_text(std::uint32_t code) {
   return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
+std::vector<std::string> image_format_names() {
+  std::vector<std::string> names;
+  for (const PixelFormat format : kPixelFormats)
+    if (format != PixelFormat::kZ16) names.push_back(code_text(code_of(format)));
+  return names;
+}
+
+std::optional<PixelFormat> image_format_named(std::string_view name) {
+  for (const PixelFormat format : kPixelFormats)
+    if (format != PixelFormat::kZ16 && code_text(code_of(format)) == name) return format;
+  return std::nullopt;
+}
+
 std::size_t row_bytes(PixelFormat format, int width) noexcept {
   const auto pixels = static_cast<std::size_t>(width);
   switch (format) {

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace headway::drivers {
 
@@ -28,6 +30,11 @@ std::uint32_t code_of(PixelFormat format) noexcept;
 std::optional<PixelFormat> format_of(std::uint32_t code) noexcept;
 /// The four characters of a code, those that cannot be printed as dots; without spaces at the end.
 std::string code_text(std::uint32_t code);
+
+/// The names of the formats that show images, and not distances: GREY, Y16, YUYV, NV12, MJPG.
+std::vector<std::string> image_format_names();
+/// By such a name. None: there is none of that name.
+std::optional<PixelFormat> image_format_named(std::string_view name);
 
 struct ImageLayout {
   PixelFormat format = PixelFormat::kGrey;

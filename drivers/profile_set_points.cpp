@@ -27,7 +27,8 @@ void ProfileSetPoints::hold(bool hold, std::int32_t position) noexcept {
   held_ = hold;
 }
 
-void ProfileSetPoints::tick(const DriveSight& seen, Time now) noexcept {
+/// A drive that makes its own way needs no SYNC.
+void ProfileSetPoints::tick(const DriveSight& seen, Time now, double /*part_until_next_sync*/) noexcept {
   const bool acknowledged = (seen.statusword & cia402::status_bit::kSetPointAcknowledged) != 0;
   if (handshake_ == Handshake::kOffered) {
     await_acknowledgement(acknowledged, now);

@@ -24,7 +24,10 @@ class ProfileSetPoints {
   void aim(std::int32_t target) noexcept { wanted_ = limits_.clamped(target); }
   /// Stands as long as `hold`; afterwards it stays there until aimed again.
   void hold(bool hold, std::int32_t position) noexcept;
-  void tick(const DriveSight& seen, Time now) noexcept;
+  void tick(const DriveSight& seen, Time now, double part_until_next_sync) noexcept;
+
+  /// In place of a tick when nothing may be said to the drive: its time to answer does not run.
+  void pause(Time now) noexcept { since_ = now; }
 
   // What the drive is to be told now.
   std::uint16_t bits() const noexcept;

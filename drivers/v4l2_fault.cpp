@@ -84,7 +84,10 @@ std::string what_of(const V4l2Fault& fault, const V4l2CameraConfig& config) {
     case Step::kCapability:
       return fault.error == 0 ? "is no camera that streams images of one plane; 'headway camera list' shows "
                                 "those that do"
-                              : fmt::format("is no V4L2 device: {}", reason(fault.error));
+                              : fmt::format(
+                                    "is no V4L2 device ({}); 'headway camera list' shows those "
+                                    "that are",
+                                    reason(fault.error));
     case Step::kFormat:
       return format_text(fault, config);
     case Step::kRate:

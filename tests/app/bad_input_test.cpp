@@ -180,16 +180,68 @@ testing::AssertionResult refuses(const std::vector<std::string>& arguments, cons
   return testing::AssertionSuccess();
 }
 
+/// As a tired engineer types them.
+TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
+  const std::string robot = (kTree / "config/hrp2/robot.yaml").string();
+  const std::string world = (kTree / "config/worlds/lab.yaml").string();
+  EXPECT_TRUE(refuses({"run"}, "run: robot is required: Robot file, e.g. config/hrp2/robot.yaml; see"));
+  EXPECT_TRUE(refuses({"run", "--robot", robot}, "run: --robot is no option, expected one of: "));
+  EXPECT_TRUE(refuses({"run", robot, "-goal", "1,0"}, "run: -goal is no option; did you mean --goal?; see"));
+  EXPECT_TRUE(refuses({"run", robot, "--goal", "1"}, "run: --goal: too few values, expected X,Y[,YAW] ("));
+  EXPECT_TRUE(
+      refuses({"run", robot, "--goal", "1,0,90,4"}, "run: --goal: too many values, expected X,Y[,YAW]"));
+  EXPECT_TRUE(refuses({"run", robot, "--goal", "1,O"}, "run: --goal: is O, expected a number"));
+  EXPECT_TRUE(refuses({"run", robot, "--goal"}, "run: --goal: "));
+  EXPECT_TRUE(refuses({"run", robot, "--floor", "20"}, "run: --floor: too few values, expected X,Y"));
+  EXPECT_TRUE(
+      refuses({"run", robot, "--bus", "can0"}, "run: --bus: is 'can0', expected one like socketcan:can0"));
+  EXPECT_TRUE(refuses({"run", robot, "extra"}, "run: 'extra' is too much, expected no more than options: "));
+  EXPECT_TRUE(refuses({"run", robot}, "robot.yaml: hardware.bus: is missing, expected the robot's CAN bus"));
+  EXPECT_TRUE(
+      refuses({"run", world, "--goal", "1,0"}, "lab.yaml: looks like a world, expected a robot file"));
+  EXPECT_TRUE(refuses({"node", robot, "--bus", "socketcan:vcan0"}, "node: --world is required: World file"));
+  EXPECT_TRUE(
+      refuses({"node", robot, "--world", world, "--bus", "vcan0"}, "node: --bus: is 'vcan0', expected"));
+  EXPECT_TRUE(refuses({"node", robot, "--world", world, "--bus", "socketcan:vcan0", "--left", "x"},
+                      "node: --left or --right is missing, expected both or neither"));
+  EXPECT_TRUE(
+      refuses({"node", robot, "--camera", "3"}, "node: --camera is no option; did you mean --camera-delay?"));
+  EXPECT_TRUE(refuses({"doctor", robot, "--json"}, "doctor: --json: a value is missing, expected "));
+  EXPECT_TRUE(refuses({"doctor", robot, "--bus", "can0"}, "doctor: --bus: is 'can0', expected one like"));
+  EXPECT_TRUE(
+      refuses({"can", "dump", "can0"}, "can dump: 'can0' is too much, expected no more than options: "));
+  EXPECT_TRUE(refuses({"can", "dmup"}, "can: 'dmup' is no command; did you mean dump?; see"));
+  EXPECT_TRUE(
+      refuses({"can", "dump", "--bus", "gs_usb:"}, "can dump: --bus: is 'gs_usb:', expected one like"));
+  EXPECT_TRUE(refuses({"camera", "show"}, "camera show: devices is required: The camera, or the left"));
+  EXPECT_TRUE(refuses({"camera", "show", "a", "b", "c"}, "camera show: "));
+  EXPECT_TRUE(refuses({"camera", "show", "a", "--size", "640"},
+                      "camera show: --size: too few values, expected WIDTHxHEIGHT"));
+  EXPECT_TRUE(refuses({"camera", "show", "a", "--size", "640xx"}, "camera show: --size: "));
+  EXPECT_TRUE(refuses({"camera", "show", "a", "--exposure_ms", "8"}, "did you mean --exposure?"));
+  EXPECT_TRUE(
+      refuses({"camera", "show", "a", "--format", "MJPEG"}, "camera show: --format: MJPEG not in {GREY,"));
+  EXPECT_TRUE(refuses({"doctr", robot}, "'doctr' is no command; did you mean doctor?; see 'headway --help'"));
+}
+
+TEST(BadInput, ASizeMayBeWrittenAsPeopleDo) {
+  for (const std::vector<std::string>& size : {std::vector<std::string>{"640x480"}, {"640", "480"}}) {
+    std::vector<std::string> arguments{"camera", "show", "/nowhere/video0", "--format", "grey", "--size"};
+    arguments.insert(arguments.end(), size.begin(), size.end());
+    EXPECT_TRUE(refuses(arguments, "camera /nowhere/video0: is not there")) << size.front();
+  }
+}
+
 TEST(BadInput, ArgumentsThatAreNoneAreToldInOneLineWithTheWayToHelp) {
   EXPECT_TRUE(refuses({}, "no command, expected one of: sim, campaign, "));
   EXPECT_TRUE(refuses({"fly"}, "'fly' is no command, expected one of: sim, "));
   EXPECT_TRUE(refuses({"--fly"}, "'--fly' is no command"));
   EXPECT_TRUE(refuses({"rig"}, "rig: no command, expected one of: convert; see 'headway rig --help'"));
-  EXPECT_TRUE(refuses({"map"}, "map: --sequence is required; see 'headway map --help'"));
+  EXPECT_TRUE(refuses({"map"}, "map: --sequence is required: "));
   EXPECT_TRUE(refuses({"map", "--near", "1", "convert", "a.ot", "b.ot"}, "--near excludes convert"));
-  EXPECT_TRUE(refuses({"rig", "convert"}, "rig convert: from is required; see 'headway rig convert --help'"));
-  EXPECT_TRUE(refuses({"sim"}, "sim: world is required; see 'headway sim --help'"));
-  EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"}, "sim: --fly is no option; see"));
+  EXPECT_TRUE(refuses({"rig", "convert"}, "rig convert: from is required: "));
+  EXPECT_TRUE(refuses({"sim"}, "sim: world is required: "));
+  EXPECT_TRUE(refuses({"sim", "w", "--out", "o", "--fly"}, "sim: --fly is no option, expected one of: "));
   EXPECT_TRUE(refuses({"sim", "w", "--outt", "o"}, "sim: --outt is no option; did you mean --out?; see"));
   EXPECT_TRUE(refuses({"rig", "convert", "--nmae=a"}, "--nmae is no option; did you mean --name?; see"));
   EXPECT_TRUE(refuses({"campaign", "--worlds", "-3"}, "campaign: --worlds: "));

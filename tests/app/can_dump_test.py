@@ -92,7 +92,8 @@ class CanDump(unittest.TestCase):
                 self.assertAlmostEqual(signal["value"], float(decoded[name].phys_value), places=9, msg=f"{name}: {line}")
                 self.assertEqual(signal.get("unit", ""), message.signal_by_name(name).unit)
                 names = {int(raw): text for raw, text in message.signal_by_name(name).values.items()}
-                self.assertEqual(signal.get("meaning"), names.get(decoded[name].raw_value), line)
+                if line.get("function") != "EMCY":  # whose codes CiA 301 names, and not the database
+                    self.assertEqual(signal.get("meaning"), names.get(decoded[name].raw_value), line)
                 checked += 1
         self.assertGreater(checked, 1000)
 

@@ -1,10 +1,16 @@
 #include "app/doctor.h"
 
+#include <csignal>
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "tests/app/run_headway.h"
+#include "tests/drivers/pty.h"
+#include "tests/source_dir/source_dir.h"
 #include "tests/temporary_folder.h"
 
 namespace headway::app {
@@ -106,6 +112,26 @@ TEST(Doctor, WritesALineForEachFindingAndItsRemedyBelow) {
             "fail  bus      drives: none answers\n"
             "                 switch the head on\n");
   EXPECT_EQ(diagnosis.json()["findings"][1]["remedy"], "switch the head on");
+}
+
+TEST(DoctorCommand, EndsInOrderOnCtrlCAndSaysSo) {
+  using drivers::testing::Deadline, drivers::testing::Pty;
+  const TemporaryFolder folder;
+  Pty pty;
+  std::jthread adapter([&] {
+    const Deadline deadline(std::chrono::seconds(20));
+    std::string heard;
+    while (heard.find("O\r") == std::string::npos && !deadline.passed()) heard += pty.read(1, deadline);
+    kill(getpid(), SIGINT);
+  });
+  const auto outcome =
+      test::run_headway({"doctor", (source_dir() / "config/hrp2/robot.yaml").string(), "--bus",
+                         "slcan:" + pty.path(), "--json", (folder / "found.json").string()});
+  EXPECT_EQ(outcome.code, kNotReached);
+  EXPECT_THAT(outcome.said, HasSubstr("ok    bus      opened: slcan:"));
+  EXPECT_THAT(outcome.said, HasSubstr("fail  doctor   interrupted: not all was looked at"));
+  EXPECT_THAT(outcome.said, testing::Not(HasSubstr("pan drive"))) << "no verdict on what was not looked at";
+  EXPECT_EQ(Json::parse(read_text(folder / "found.json"))["findings"].back()["what"], "interrupted");
 }
 
 }  // namespace

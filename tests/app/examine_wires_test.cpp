@@ -1,6 +1,8 @@
 // The doctor at the simulated robot's bus, and at cameras that are made up.
 #include "app/examine_wires.h"
 
+#include <array>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,6 +56,42 @@ TEST(ExamineBus, FindsAWellRobotWell) {
   EXPECT_THAT(diagnosis.text(), HasSubstr("clock: is 0.00")) << "it began with ours";
   EXPECT_THAT(diagnosis.text(), HasSubstr("give or take"));
   EXPECT_EQ(patient.node.body().path_walked(), 0) << "the doctor walks nobody";
+}
+
+/// Emergency messages that are heard within a second.
+int emergencies(Patient& patient) {
+  std::array<hal::CanFrame, 32> frames;
+  int count = 0;
+  for (const Time end = patient.clock.now() + seconds(1); patient.clock.now() < end;) {
+    patient.clock.advance(seconds(0.005));
+    const std::size_t heard = patient.receive(frames);
+    for (const hal::CanFrame& frame : std::span(frames).first(heard))
+      count += frame.id == 0x091 || frame.id == 0x092;
+  }
+  return count;
+}
+
+TEST(ExamineBus, LeavesDrivesThatHoldAndMissNobody) {
+  Patient patient;
+  patient.examined();
+  EXPECT_EQ(emergencies(patient), 0);
+  const Diagnosis again = patient.examined();
+  EXPECT_EQ(again.worst(), Verdict::kOk) << again.text();
+  EXPECT_THAT(again.text(), HasSubstr("tilt drive, node 0x12: runs; was held by a quick stop before"));
+}
+
+TEST(ExamineBus, EndsInTheSameOrderAndWithoutAVerdictWhenItIsAskedTo) {
+  // While it listens for others, sets the drives up, and has them running.
+  for (const double after : {0.1, 1.3, 3.0}) {
+    Patient patient;
+    const Time begin = patient.clock.now();
+    Diagnosis diagnosis;
+    examine_bus(patient.robot, patient, patient.clock, seconds(4), diagnosis,
+                [&] { return patient.clock.now() - begin > seconds(after); });
+    EXPECT_TRUE(diagnosis.findings().empty()) << diagnosis.text();
+    EXPECT_LT(patient.clock.now() - begin, seconds(after + 1.2));
+    EXPECT_EQ(emergencies(patient), 0) << after;
+  }
 }
 
 /// A robot whose tilt drive does not know where its joint is.

@@ -129,6 +129,52 @@ TEST(RobotFile, RefusesToLetTheHeadLookForHomeInAWayThatItDoesNotName) {
   EXPECT_THROW(with_hardware("  head: {set_points: smooth}"), InputError);
 }
 
+/// What is said about this hardware: the line within it, from 1, and the rest.
+std::string fault_of_hardware(const std::string& lines) {
+  const TemporaryFolder folder;
+  const auto first = 2 + write_changed(folder.path(), "", "matcher:", "matcher: census\nhardware:\n" + lines);
+  const std::string file = (folder / "robot.yaml").string() + ":";
+  try {
+    read_robot(folder / "robot.yaml");
+  } catch (const InputError& e) {
+    const std::string what = e.what();
+    if (!what.starts_with(file)) return "elsewhere: " + what;
+    std::size_t digits = 0;
+    const int line = std::stoi(what.substr(file.size()), &digits);
+    return std::to_string(line - static_cast<int>(first) + 1) + what.substr(file.size() + digits);
+  }
+  return "no fault";
+}
+
+TEST(RobotFile, NamesLineKeyAndRemedyOfHardwareThatCannotBe) {
+  struct Case {
+    std::string lines;
+    std::vector<std::string> said;
+  };
+  const std::string eyes = "  bus: socketcan:can0\n  cameras:\n    left: /dev/video0\n    ";
+  for (const Case& c : std::vector<Case>{
+           {"  bus: can0\n", {"1: hardware.bus: 'can0', expected one like socketcan:can0 or gs_usb:"}},
+           {"  bus: 'socketcan:'\n", {"1: hardware.bus: 'socketcan:', expected one like"}},
+           {eyes + "format: GRAY\n",
+            {"4: hardware.cameras.format: 'GRAY', expected one of: GREY, Y16, YUYV, NV12, MJPG"}},
+           {eyes + "format: Z16\n", {"4: hardware.cameras.format: 'Z16', expected one of"}},
+           {eyes + "right: /dev/video0\n", {"4: hardware.cameras.right: ", "expected a device for each"}},
+           {eyes + "exposure: 8\n",
+            {"4: hardware.cameras.exposure: is not a key here, did you mean 'exposure_ms'?"}},
+           {eyes + "rate_hz: 15\n", {"4: hardware.cameras.rate_hz: ", "did you mean 'rate'?"}},
+           {eyes + "rate: 15\n    exposure_ms: 80\n",
+            {"5: hardware.cameras.exposure_ms: '80', expected a number from 0.1 to 66.6"}},
+           {eyes + "gain: much\n", {"4: hardware.cameras.gain: 'much', expected a whole number"}},
+           {eyes + "right:\n", {"4: hardware.cameras.right: nothing, expected a text"}},
+           {"  camera:\n    left: /dev/video0\n", {"1: hardware.camera: ", "did you mean 'cameras'?"}},
+           {"  head: {homing: {move: true, method: 17, speed_deg_s: 59.9}}\n", {"no fault"}},
+           {"  head: {homing: {move: true, method: 17, speed_deg_s: 61}}\n",
+            {"1: hardware.head.homing.speed_deg_s: '61', expected a number from 0.1 to 60 deg/s"}},
+           {"  head: {set_point: cyclic}\n", {"1: hardware.head.set_point: ", "did you mean 'set_points'?"}}})
+    for (const std::string& part : c.said)
+      EXPECT_THAT(fault_of_hardware(c.lines), HasSubstr(part)) << c.lines;
+}
+
 TEST(RobotFile, SaysHowOdometryDrifts) {
   const runtime::LocalisationConfig localisation = read_robot(kRobot).localisation;
   EXPECT_TRUE(localisation.use);

@@ -34,6 +34,11 @@ TEST(Spelling, TakesTheNearestWordAndNoneThatIsFarOff) {
   EXPECT_EQ(meant_by("cx", {"cy"}), "") << "too short to tell";
   EXPECT_EQ(meant_by("cam1", {"cam2"}), "") << "another number is another thing";
   EXPECT_EQ(meant_by("baseline", {}), "");
+  EXPECT_EQ(meant_by("exposure", {"gain", "exposure_ms"}), "exposure_ms") << "the unit is missing";
+  EXPECT_EQ(meant_by("rate_hz", {"gain", "rate"}), "rate") << "a unit too much";
+  EXPECT_EQ(meant_by("--white", {"--white-balance"}), "--white-balance");
+  EXPECT_EQ(meant_by("exposure", {"exposures_taken"}), "") << "another word";
+  EXPECT_EQ(meant_by("x", {"x_ms"}), "") << "too short to tell";
   EXPECT_EQ(meant_by(std::string(100'000, 'a'), {"baseline"}), "");
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/drivers/noise.h"
 #include "tests/drivers/walker_bench.h"
 
 namespace headway::drivers {
@@ -414,11 +415,8 @@ TEST(ChestPose, IsNotPairedAcrossTheTurnOfTheSampleNumber) {
 RC_GTEST_PROP(ChestPose, NeverMixesHalvesOfDifferentPoses, ()) {
   WalkerBench bench;
   const unsigned loss = *rc::gen::inRange(0u, 60u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  bench.to_walker = [&](hal::CanFrame&) {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % 100 >= loss;
-  };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
+  bench.to_walker = [&](hal::CanFrame&) { return noise.percent() >= loss; };
   Time last{};
   for (int i = 0; i < 400; ++i) {
     // x and yaw of one pose belong together.
@@ -445,14 +443,13 @@ RC_GTEST_PROP(Steps, AreAcceptedOnceEachInOrderOverALossyBus, ()) {
   bench.run(milliseconds(100));
   RC_ASSERT(bench.begin(1));
   const unsigned loss = *rc::gen::inRange(0u, 40u), damage = *rc::gen::inRange(0u, 20u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  const auto random = [&noise] { return (noise = noise * 1664525u + 1013904223u) >> 8; };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
   bench.to_walker = bench.to_control = [&](hal::CanFrame& f) {
-    if (random() % 100 < damage) {
-      const std::size_t byte = random() % 8;
-      f.data[byte] = static_cast<std::uint8_t>(f.data[byte] ^ (1u << (random() % 8)));
+    if (noise.percent() < damage) {
+      const std::size_t byte = noise.below(8);
+      f.data[byte] = static_cast<std::uint8_t>(f.data[byte] ^ (1u << noise.below(8)));
     }
-    return random() % 100 >= loss;
+    return noise.percent() >= loss;
   };
   std::uint32_t next = 0;
   const std::uint32_t total = *rc::gen::inRange(1u, 100u);

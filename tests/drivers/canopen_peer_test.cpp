@@ -123,6 +123,7 @@ TEST_F(CyclicCanopenPeer, FollowsAndIsNeverToldToJump) {
   tell("push", kPan, "-12345");
   ASSERT_TRUE(start());
   ASSERT_TRUE(turn({0.5, -0.2}));
+  run(milliseconds(60));  // the last target counts from the next SYNC on
   EXPECT_EQ(position(kPan), 28648);
   tell("reboot", kPan);
   tell("push", kPan, "4321");
@@ -130,6 +131,7 @@ TEST_F(CyclicCanopenPeer, FollowsAndIsNeverToldToJump) {
   ASSERT_TRUE(start());
   EXPECT_EQ(position(kPan), 4321);
   ASSERT_TRUE(turn({3, -3}));
+  run(milliseconds(60));
   EXPECT_EQ(position(kPan), 45000);
   EXPECT_LE(std::stoi(peer_.ask("jump 17")), 1147) << "1 rad/s in 20 ms";
 }
@@ -203,7 +205,7 @@ TEST_F(CanopenPeer, WithAFaultOfItsOwnIsResetOnlyWhenRecovered) {
   EXPECT_TRUE(start());
 }
 
-TEST_F(CanopenPeer, StopsWithin300MsOfOurSilenceAndGoesOnWithoutAJump) {
+TEST_F(CanopenPeer, StopsWithin300MsOfOurSilenceAndGoesOnWithoutAJumpWhenRecovered) {
   ASSERT_TRUE(start());
   head_.command({0.7, 0});
   run(seconds(0.1));
@@ -214,10 +216,28 @@ TEST_F(CanopenPeer, StopsWithin300MsOfOurSilenceAndGoesOnWithoutAJump) {
   run(seconds(0.5));
   EXPECT_EQ(position(kPan), stopped);
   deaf_ = false;
-  ASSERT_TRUE(run_until([&] { return head_.state().health != HeadHealth::kReady; }, milliseconds(60)));
+  ASSERT_TRUE(run_until(HeadHealth::kFault, milliseconds(60)));
+  EXPECT_EQ(head_.pan().failure, DriveFailure::kQuickStopped);
+  run(seconds(0.5));
+  EXPECT_EQ(head_.pan().state, State::kQuickStopActive) << "nobody here has ordered or ended it";
+  head_.recover();
   ASSERT_TRUE(start());
   run(seconds(0.5));
   EXPECT_EQ(position(kPan), stopped);
+}
+
+TEST_F(CanopenPeer, HoldsAndWaitsForNobodyWhenWeLeave) {
+  ASSERT_TRUE(start());
+  head_.command({0.7, 0});
+  run(seconds(0.1));
+  head_.leave();
+  ASSERT_TRUE(run_until([&] { return head_.has_left(); }, milliseconds(200)));
+  EXPECT_EQ(peer_.ask("get 17 1016 1"), "00000000");
+  const int stopped = position(kPan);
+  deaf_ = true;
+  run(seconds(0.5));
+  EXPECT_NEAR(position(kPan), stopped, 3000) << "on the quick-stop ramp";
+  EXPECT_EQ(head_.pan().emergency_code, 0);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "hal/angle.h"
 #include "hal/error.h"
 #include "tests/drivers/head_bench.h"
+#include "tests/drivers/noise.h"
 
 namespace headway::drivers {
 namespace {
@@ -342,17 +343,6 @@ TEST_F(RunningHead, SetsADriveUpAgainThatComesBackAfterItWasGone) {
   EXPECT_TRUE(bench.start());
 }
 
-TEST_F(RunningHead, FaultsWhenADriveFaultsInAQuickStopAndStaysSoUntilRecovered) {
-  bench.pan.quick_stop();
-  ASSERT_TRUE(bench.run_until([&] { return bench.head.pan().phase == DrivePhase::kEnabling; }, seconds(1)));
-  bench.pan.fault();
-  bench.run(seconds(2));
-  fault_and_check(DriveFailure::kDriveFault);
-  EXPECT_EQ(bench.pan.state, State::kFault) << "nobody has reset it";
-  bench.head.recover();
-  EXPECT_TRUE(bench.start());
-}
-
 TEST_F(RunningHead, FaultsOnAnEmergencyAndStaysSoUntilRecovered) {
   bench.pan.emergency(0x8611, bench.now);
   bench.cycle();
@@ -379,24 +369,6 @@ TEST_F(RunningHead, FaultsWithItsDriveAndResetsItOnlyWhenRecovered) {
   EXPECT_EQ(bench.pan.state, State::kFault);
   bench.head.recover();
   EXPECT_TRUE(bench.start());
-}
-
-TEST_F(RunningHead, LeavesAQuickStopWithTransition16) {
-  bench.pan.states.clear();
-  bench.pan.quick_stop();
-  bench.run(milliseconds(60));
-  EXPECT_TRUE(bench.start());
-  EXPECT_THAT(bench.pan.states, ElementsAre(State::kQuickStop, State::kEnabled));
-}
-
-TEST_F(RunningHead, LeavesAQuickStopThroughDisabledWhereTheDriveKnowsNoTransition16) {
-  bench.pan.knows_transition_16 = false;
-  bench.pan.states.clear();
-  bench.pan.quick_stop();
-  bench.run(milliseconds(60));
-  EXPECT_TRUE(bench.start());
-  EXPECT_THAT(bench.pan.states,
-              ElementsAre(State::kQuickStop, State::kDisabled, State::kReady, State::kOn, State::kEnabled));
 }
 
 TEST_F(RunningHead, FaultsWhenASetPointIsNeverAcknowledged) {
@@ -453,18 +425,14 @@ RC_GTEST_PROP(HeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
   const std::int32_t pan = bench.pan.position, tilt = bench.tilt.position;
   // Loses frames both ways, lets drives boot and quick-stop at any time; no command is ever given.
   const unsigned loss = *rc::gen::inRange(0u, 20u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  const auto percent = [&noise] {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % 100;
-  };
-  bench.to_head = bench.to_drives = [&](hal::CanFrame&) { return percent() >= loss; };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
+  bench.to_head = bench.to_drives = [&](hal::CanFrame&) { return noise.percent() >= loss; };
   for (int i = 0; i < 20; ++i) {
-    bench.run(milliseconds(5 * (percent() + 1)));
-    if (percent() < 20) bench.pan.boot(bench.now);
-    if (percent() < 10) bench.tilt.quick_stop();
-    if (percent() < 10) bench.tilt.fault();
-    if (percent() < 20) bench.head.recover();
+    bench.run(milliseconds(5 * (noise.percent() + 1)));
+    if (noise.percent() < 20) bench.pan.boot(bench.now);
+    if (noise.percent() < 10) bench.tilt.quick_stop();
+    if (noise.percent() < 10) bench.tilt.fault();
+    if (noise.percent() < 20) bench.head.recover();
   }
   RC_ASSERT(bench.pan.position == pan);
   RC_ASSERT(bench.tilt.position == tilt);

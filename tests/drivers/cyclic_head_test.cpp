@@ -7,6 +7,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "tests/drivers/head_bench.h"
+#include "tests/drivers/noise.h"
 
 namespace headway::drivers {
 namespace {
@@ -182,6 +183,45 @@ TEST_F(CyclicHead, KeepsThePaceOfSyncWhenItsLoopIsALittleUnsteady) {
   EXPECT_NEAR(static_cast<double>(bench.bus.sent_with(0x080).size()), 100, 2);
 }
 
+/// Where a drive wants to be that goes evenly to each target, in a period from its SYNC on, and stays there.
+class Interpolator {
+ public:
+  /// Its velocity from now on [0.001 deg per period].
+  double take(std::int32_t target, Time now) {
+    const double part = std::min(to_seconds(now - since_) / 0.02, 1.0);
+    from_ += part * (target_ - from_);
+    target_ = target;
+    since_ = now;
+    return std::abs(target_ - from_);
+  }
+
+ private:
+  double from_ = 0, target_ = 0;
+  Time since_{};
+};
+
+RC_GTEST_PROP(CyclicHeadUnsteady, NeverLeadsADriveFasterThanItMayHoweverUnsteadySyncIs, ()) {
+  HeadBench bench(cyclic());
+  RC_ASSERT(bench.start());
+  Interpolator drive;
+  std::size_t taken = bench.pan.cyclic_targets.size();
+  double fastest = 0;
+  bench.head.command({0.7, 0});
+  const int most = *rc::gen::inRange(0, 2400);  // [us]
+  Time steady = bench.now;
+  for (int i = 0; i < 500; ++i) {
+    steady += testing::kBusCycle;
+    const auto late = std::chrono::microseconds(*rc::gen::inRange(0, most + 1));
+    bench.now = steady + late - testing::kBusCycle;
+    bench.cycle();
+    for (; taken < bench.pan.cyclic_targets.size(); ++taken)
+      fastest = std::max(fastest, drive.take(bench.pan.cyclic_targets[taken], bench.now));
+  }
+  RC_ASSERT(fastest <= kLargestStep + 1);
+  RC_ASSERT(fastest > 1100);
+  RC_ASSERT(bench.pan.cyclic_targets.back() == 40107);
+}
+
 TEST_F(CyclicHead, FaultsWhenADriveDoesNotFollow) {
   bench.pan.never_acknowledges = true;
   ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(1)));
@@ -243,36 +283,32 @@ RC_GTEST_PROP(CyclicHeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
   bench.tilt.position = *rc::gen::inRange(-29000, 44000);
   RC_ASSERT(bench.start());
   const unsigned loss = *rc::gen::inRange(0u, 10u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  const auto percent = [&noise] {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % 100;
-  };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
   // A drive that misses a SYNC makes up for it in the next, whoever leads it.
-  bench.to_drives = [&](hal::CanFrame& frame) { return frame.id == 0x080 || percent() >= loss; };
+  bench.to_drives = [&](hal::CanFrame& frame) { return frame.id == 0x080 || noise.percent() >= loss; };
   bool heard = true;
   bench.to_head = [&](hal::CanFrame& frame) {
     // What a drive says of one SYNC comes whole or not at all.
-    if ((frame.id & 0x780) != 0x280) heard = percent() >= loss;
+    if ((frame.id & 0x780) != 0x280) heard = noise.percent() >= loss;
     return heard;
   };
   for (int i = 0; i < 20; ++i) {
-    bench.head.command({percent() * 0.016 - 0.8, percent() * 0.016 - 0.8});
-    bench.run(milliseconds(5 * (percent() + 1)));
-    if (percent() < 20) {
+    bench.head.command({noise.percent() * 0.016 - 0.8, noise.percent() * 0.016 - 0.8});
+    bench.run(milliseconds(5 * (noise.percent() + 1)));
+    if (noise.percent() < 20) {
       bench.pan.never_acknowledges = true;
       bench.run(milliseconds(100));
-      bench.pan.position += static_cast<std::int32_t>(percent()) * 20 - 1000;  // it gives way
+      bench.pan.position += static_cast<std::int32_t>(noise.percent()) * 20 - 1000;  // it gives way
       bench.run(milliseconds(250));
       bench.pan.never_acknowledges = false;
     }
-    if (percent() < 20) {
+    if (noise.percent() < 20) {
       bench.pan.boot(bench.now);
-      bench.pan.position = static_cast<std::int32_t>(percent()) * 400 - 20000;  // pushed without torque
+      bench.pan.position = static_cast<std::int32_t>(noise.percent()) * 400 - 20000;  // pushed without torque
     }
-    if (percent() < 10) bench.tilt.quick_stop();
-    if (percent() < 10) bench.tilt.fault();
-    if (percent() < 20) bench.head.recover();
+    if (noise.percent() < 10) bench.tilt.quick_stop();
+    if (noise.percent() < 10) bench.tilt.fault();
+    if (noise.percent() < 20) bench.head.recover();
   }
   for (ScriptedDrive* drive : {&bench.pan, &bench.tilt}) {
     RC_ASSERT(drive->largest_start <= kLargestStep);  // the targets before it may have got lost

@@ -1,13 +1,22 @@
 // Heads whose drives may not know where their joints are: a named state, and nothing moves unless the
 // operator's configuration says so.
+#include <ostream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "hal/error.h"
 #include "tests/drivers/head_bench.h"
+#include "tests/drivers/noise.h"
 
 namespace headway::drivers {
+
+/// In the tests' names.
+inline std::ostream& operator<<(std::ostream& out, SetPointMode mode) {
+  return out << (mode == SetPointMode::kCyclic ? "Cyclic" : "Profile");
+}
+
 namespace {
 
 using hal::HeadHealth;
@@ -31,9 +40,7 @@ class HeadHoming : public ::testing::TestWithParam<SetPointMode> {
 };
 INSTANTIATE_TEST_SUITE_P(BothModes, HeadHoming,
                          ::testing::Values(SetPointMode::kProfile, SetPointMode::kCyclic),
-                         [](const auto& mode) {
-                           return mode.param == SetPointMode::kCyclic ? "Cyclic" : "Profile";
-                         });
+                         ::testing::PrintToStringParamName());
 
 TEST_P(HeadHoming, OfDrivesThatKnowWhereTheyAreIsAskedAndNotDone) {
   for (const HeadConfig& config : {required(), moving()}) {
@@ -146,6 +153,37 @@ TEST_P(HeadHoming, IsNotBegunAgainAfterAQuickStopUntilTheHeadIsRecovered) {
   EXPECT_TRUE(bench.start());
 }
 
+/// The robot may be walking.
+TEST_P(HeadHoming, IsNotBegunByItselfWhenADriveThatWasAtHomeBootsInMidRun) {
+  for (const bool knew : {true, false}) {
+    HeadBench bench(moving());
+    bench.pan.homed = knew;
+    ASSERT_TRUE(bench.start());
+    const int before = bench.pan.homings;
+    bench.pan.homed = false;
+    bench.pan.position = 2000;
+    bench.pan.boot(bench.now);
+    ASSERT_TRUE(bench.run_until(HeadHealth::kNotHomed, seconds(3)));
+    bench.run(seconds(3));
+    EXPECT_EQ(bench.pan.homings, before);
+    EXPECT_EQ(bench.pan.position, 2000);
+    bench.head.recover();
+    EXPECT_TRUE(bench.start());
+    EXPECT_EQ(bench.pan.homings, before + 1) << "somebody has asked for it";
+  }
+}
+
+TEST_P(HeadHoming, IsBegunWhenADriveIsSwitchedOnAfterTheProgramWasStarted) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  bench.pan.mute_sdo = true;
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(5)));
+  bench.pan.mute_sdo = false;
+  bench.pan.boot(bench.now);
+  EXPECT_TRUE(bench.start());
+  EXPECT_EQ(bench.pan.homings, 1);
+}
+
 TEST_P(HeadHoming, EndsInTimeAndHaltedEvenWhenTheDriveIsNotHeard) {
   HeadConfig config = moving();
   config.homing.longest = seconds(0.9);
@@ -238,18 +276,14 @@ RC_GTEST_PROP(HeadHomingProperty, NeverBeginsUnlessTheConfigurationSaysSo, ()) {
   const auto mode = *rc::gen::element(SetPointMode::kProfile, SetPointMode::kCyclic);
   HeadBench bench(with(*rc::gen::element(Policy::kNone, Policy::kRequired), mode));
   const std::uint32_t loss = *rc::gen::inRange(0u, 20u);
-  std::uint32_t noise = *rc::gen::inRange(1u, 1u << 30);
-  const auto percent = [&noise] {
-    noise = noise * 1664525u + 1013904223u;
-    return (noise >> 8) % 100;
-  };
-  bench.to_head = bench.to_drives = [&](hal::CanFrame&) { return percent() >= loss; };
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
+  bench.to_head = bench.to_drives = [&](hal::CanFrame&) { return noise.percent() >= loss; };
   for (int i = 0; i < 20; ++i) {
-    bench.run(milliseconds(5 * (percent() + 1)));
-    if (percent() < 20) bench.pan.boot(bench.now);
-    if (percent() < 20) bench.pan.homed = !bench.pan.homed;
-    if (percent() < 10) bench.tilt.quick_stop();
-    if (percent() < 20) bench.head.recover();
+    bench.run(milliseconds(5 * (noise.percent() + 1)));
+    if (noise.percent() < 20) bench.pan.boot(bench.now);
+    if (noise.percent() < 20) bench.pan.homed = !bench.pan.homed;
+    if (noise.percent() < 10) bench.tilt.quick_stop();
+    if (noise.percent() < 20) bench.head.recover();
   }
   RC_ASSERT(bench.pan.homings + bench.tilt.homings == 0);
 }

@@ -53,6 +53,23 @@ RC_GTEST_PROP(JointRamp, ComesToRestExactlyAtItsTargetAboutAsSoonAsItCan, ()) {
   RC_ASSERT(steps * kPeriod <= 1.07 * best + 5 * kPeriod);
 }
 
+RC_GTEST_PROP(JointRamp, IsOnTheSameWayHoweverItsTimeIsCut, ()) {
+  const JointRamp::Limits limits = any_limits();
+  const double target = *rc::gen::inRange(-45'000, 45'001);
+  JointRamp whole(limits), cut(limits);
+  for (int step = 0; step < 200; ++step) {
+    const double from = whole.position();
+    whole.step_towards(target);
+    // Eighths are exact, so that each step ends where it should.
+    for (int left = 8; left > 0;) {
+      const int part = *rc::gen::inRange(1, left + 1);
+      cut.step_towards(target, part / 8.0);
+      left -= part;
+      RC_ASSERT(std::abs(cut.position() - (from + (8 - left) / 8.0 * whole.velocity())) < kTiny);
+    }
+  }
+}
+
 TEST(JointRamp, BrakesToRestOnTheShortestWay) {
   JointRamp ramp({.velocity = 50'000, .acceleration = 100'000, .period = kPeriod});
   for (int i = 0; i < 100; ++i) ramp.step_towards(1'000'000);

@@ -1,16 +1,20 @@
 // The camera driver on the kernel's uvcvideo. HEADWAY_VIDEO names the device of a USB camera of 320 x 240
-// grey pixels; commands to it go line by line into the pipe HEADWAY_CAMERA_COMMANDS. Nothing here asserts how
-// fast anything is: the machine may be emulated.
+// pixels, grey or, where a test says so, distances; commands to it go line by line into the pipe
+// HEADWAY_CAMERA_COMMANDS, and HEADWAY_FILMED is the file of its frames. Nothing here asserts how fast
+// anything is: the machine may be emulated.
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "drivers/v4l2_camera.h"
+#include "drivers/v4l2_depth_camera.h"
 #include "hal/clock.h"
 #include "tests/held.h"
 
@@ -77,6 +81,35 @@ TEST_F(UsbCamera, HoldsNothingMoreAfterFiftyUnplugs) {
   }
   camera_.reset();
   EXPECT_EQ(held_now(), while_closed);
+}
+
+class UsbDepthCamera : public UsbCamera {};
+
+TEST_F(UsbDepthCamera, ReadsTheDistancesThatWereFilmed) {
+  const char* filmed = std::getenv("HEADWAY_FILMED");
+  ASSERT_TRUE(filmed) << "HEADWAY_FILMED names no file";
+  std::ifstream file(filmed, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  const std::size_t pixels = 320 * 240;
+  ASSERT_GE(bytes.size(), 2 * pixels);
+  config_.metres_per_count = 0.0005;
+  V4l2DepthCamera camera(config_, clock_);
+  hal::DepthFrame frame;
+  ASSERT_TRUE(until([&] { return camera.take_newest(frame); }));
+  ASSERT_EQ(frame.depth.size(), pixels);
+  const auto is_frame = [&](std::size_t begin) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(bytes[begin + 2 * i + at]); };
+      const int counts = byte(0) + 256 * byte(1);
+      const auto metres = static_cast<double>(frame.depth[i]);
+      const bool fits = counts == 0 ? std::isnan(metres) : std::abs(metres - 0.0005 * counts) < 1e-5;
+      if (!fits) return false;
+    }
+    return true;
+  };
+  bool found = false;
+  for (std::size_t begin = 0; begin < bytes.size() && !found; begin += 2 * pixels) found = is_frame(begin);
+  EXPECT_TRUE(found) << "it is none of those that the camera was given";
 }
 
 }  // namespace

@@ -194,7 +194,8 @@ std::optional<Bytes> EmulatedUvc::send(std::uint8_t endpoint, std::size_t room) 
 void EmulatedUvc::begin_frame() {
   const ByteSpan frame = source_();
   frame_.assign(frame.begin(), frame.end());
-  frame_.resize(std::exchange(cut_, false) ? config_.frame_size() / 2 : config_.frame_size());
+  if (config_.format != Config::Format::kMjpeg) frame_.resize(config_.frame_size());
+  if (std::exchange(cut_, false)) frame_.resize(frame_.size() / 2);
   sent_ = 0;
 }
 

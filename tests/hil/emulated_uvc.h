@@ -1,6 +1,6 @@
-// A USB Video Class 1.0 camera with one uncompressed format that sends its frames by bulk transfers. The
-// frames come from whoever runs it; it has faults on demand. (USB Device Class Definition for Video Devices,
-// revision 1.0a.)
+// A USB Video Class 1.0 camera with one format, uncompressed or JPEG, that sends its frames by bulk
+// transfers. The frames come from whoever runs it; it has faults on demand. (USB Device Class Definition for
+// Video Devices, revision 1.0a.)
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 
 namespace headway::hil {
 
-/// The next frame to film, of the camera's size; copied before the next call.
+/// The next frame to film, of the camera's size, or a JPEG image of at most that; copied before the next
+/// call.
 using FrameSource = std::function<ByteSpan()>;
 
 /// A control of the camera, as the class's requests GET_MIN to SET_CUR see it. Exposure times are in 100 us,
@@ -30,9 +31,9 @@ class EmulatedUvc final : public UsbDevice {
   struct Config {
     std::string serial = "CAMERA1";
     std::uint16_t width = 640, height = 480;
-    enum class Format : std::uint8_t { kGrey, kYuyv } format = Format::kGrey;
+    enum class Format : std::uint8_t { kGrey, kYuyv, kZ16, kMjpeg } format = Format::kGrey;
 
-    std::uint32_t frame_size() const;  ///< bytes
+    std::uint32_t frame_size() const;  ///< bytes; of JPEG images at most
     /// Throws InputError.
     void validate() const;
   };

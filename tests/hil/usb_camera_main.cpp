@@ -1,12 +1,14 @@
 // hil_usb_camera: an emulated camera of the USB Video Class, plugged into the kernel that it runs on.
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -26,26 +28,45 @@ constexpr const char* kCommands = R"(Commands, one a line, into the pipe:
   next half              the next frame ends after its first half
   pause | resume         the stream is on, and no frame comes)";
 
-// One frame after the other from a file that holds them back to back, and from its beginning again.
+// Frames of a file that holds them back to back: all of one size, or JPEG images, which begin where the one
+// before has ended.
+std::vector<ByteSpan> frames_in(ByteSpan bytes, std::size_t size, bool jpeg) {
+  std::vector<ByteSpan> frames;
+  while (!jpeg && bytes.size() >= size) {
+    frames.push_back(bytes.first(size));
+    bytes = bytes.subspan(size);
+  }
+  constexpr std::array<std::uint8_t, 2> kEnd{0xFF, 0xD9};
+  while (jpeg && !bytes.empty()) {
+    const auto end = std::search(bytes.begin(), bytes.end(), kEnd.begin(), kEnd.end());
+    if (end == bytes.end()) break;
+    frames.push_back(bytes.first(static_cast<std::size_t>(end - bytes.begin()) + kEnd.size()));
+    bytes = bytes.subspan(frames.back().size());
+  }
+  if (!bytes.empty()) frames.clear();
+  return frames;
+}
+
+// One frame after the other from a file, and from its beginning again.
 class FrameFile {
  public:
-  FrameFile(const std::string& path, std::size_t frame_size) : frame_size_(frame_size) {
+  FrameFile(const std::string& path, std::size_t size, bool jpeg) {
     std::ifstream file(path, std::ios::binary);
     bytes_.assign(std::istreambuf_iterator<char>(file), {});
-    if (bytes_.empty() || bytes_.size() % frame_size != 0) {
-      throw InputError(fmt::format("{}: {} bytes; expected one or more frames of {} bytes each", path,
-                                   bytes_.size(), frame_size));
-    }
+    frames_ = frames_in(bytes_, size, jpeg);
+    if (frames_.empty())
+      throw InputError(
+          jpeg ? fmt::format("{}: {} bytes; expected one or more whole JPEG images", path, bytes_.size())
+               : fmt::format("{}: {} bytes; expected one or more frames of {} bytes each", path,
+                             bytes_.size(), size));
   }
 
-  ByteSpan next() {
-    const std::size_t begin = std::exchange(next_, (next_ + frame_size_) % bytes_.size());
-    return ByteSpan(bytes_).subspan(begin, frame_size_);
-  }
+  ByteSpan next() { return frames_[std::exchange(next_, (next_ + 1) % frames_.size())]; }
 
  private:
-  std::size_t frame_size_, next_ = 0;
   Bytes bytes_;
+  std::vector<ByteSpan> frames_;
+  std::size_t next_ = 0;
 };
 
 bool obey(EmulatedUvc& camera, const Command& command) {
@@ -73,7 +94,8 @@ int run(int argc, char** argv) {
   std::pair<std::uint16_t, std::uint16_t> size{config.width, config.height};
   unsigned port_number = 0;
   using Format = EmulatedUvc::Config::Format;
-  const std::map<std::string, Format> formats{{"grey", Format::kGrey}, {"yuyv", Format::kYuyv}};
+  const std::map<std::string, Format> formats{
+      {"grey", Format::kGrey}, {"yuyv", Format::kYuyv}, {"z16", Format::kZ16}, {"mjpeg", Format::kMjpeg}};
 
   CLI::App app("An emulated camera of the USB Video Class, plugged into this kernel until it is ended.");
   app.footer(kCommands);
@@ -82,7 +104,8 @@ int run(int argc, char** argv) {
   auto* moving = app.add_option("--live", live, "Named pipe that the frames come from as they are filmed");
   still->excludes(moving);
   app.add_option("--size", size, "Width and height, as in: --size 640 480");
-  app.add_option("--format", config.format, "grey or yuyv")->transform(CLI::CheckedTransformer(formats));
+  app.add_option("--format", config.format, "grey, yuyv, z16 or mjpeg")
+      ->transform(CLI::CheckedTransformer(formats));
   app.add_option("--serial", config.serial, "Its serial number")->capture_default_str();
   app.add_option("--port", port_number, "Port of the virtual USB host, 0 to 7")->capture_default_str();
   app.add_option("--commands", pipe, "The named pipe that it makes and obeys")->required();
@@ -91,12 +114,14 @@ int run(int argc, char** argv) {
   config.validate();
 
   if (frames.empty() == live.empty()) throw InputError("expected --frames or --live");
+  if (!live.empty() && config.format == Format::kMjpeg)
+    throw InputError("--live: frames of one size, expected another --format than mjpeg");
 
   const hal::MonotonicClock clock;
   std::optional<FrameFile> file;
   std::optional<LiveFrames> filmed;
   if (live.empty())
-    file.emplace(frames, config.frame_size());
+    file.emplace(frames, config.frame_size(), config.format == Format::kMjpeg);
   else
     filmed.emplace(live, config.frame_size());
   EmulatedUvc camera(

@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::uint8_t kVideoClass = 0x0E, kVideoControl = 1, kVideoStreaming = 2, kVideoCollection = 3;
 constexpr std::uint8_t kClassInterface = 0x24;
+// Table A-6.
+constexpr std::uint8_t kFormatUncompressed = 4, kFrameUncompressed = 5, kFormatMjpeg = 6, kFrameMjpeg = 7;
 
 const Bytes kDevice{18, 1, 0x00, 0x02, 0xEF, 2, 1, 64, 0x50, 0x1d, 0x77, 0x77, 0, 0, 1, 2, 3, 1};
 
@@ -30,12 +32,19 @@ Bytes control_descriptors() {
   return header;
 }
 
+// Payload specifications: "Uncompressed", 3.1.1, and "Motion-JPEG", 3.1.1. The GUIDs begin with the FourCC;
+// that of 16-bit depth is the one of depth cameras with an INVZ stream.
 Bytes format_descriptor(EmulatedUvc::Config::Format format) {
-  const bool grey = format == EmulatedUvc::Config::Format::kGrey;
-  Bytes bytes{27, kClassInterface, 4, 1, 1};
-  for (char c : std::string_view(grey ? "Y800" : "YUY2")) bytes.push_back(static_cast<std::uint8_t>(c));
-  append(bytes, {0, 0, 0x10, 0, 0x80, 0, 0, 0xAA, 0, 0x38, 0x9B, 0x71});
-  append(bytes, {static_cast<std::uint8_t>(grey ? 8 : 16), 1, 0, 0, 0, 0});
+  using Format = EmulatedUvc::Config::Format;
+  if (format == Format::kMjpeg) return {11, kClassInterface, kFormatMjpeg, 1, 1, 0, 1, 0, 0, 0, 0};
+  const std::string_view code = format == Format::kGrey ? "Y800" : format == Format::kYuyv ? "YUY2" : "INVZ";
+  Bytes bytes{27, kClassInterface, kFormatUncompressed, 1, 1};
+  for (char c : code) bytes.push_back(static_cast<std::uint8_t>(c));
+  if (format == Format::kZ16)
+    append(bytes, {0x90, 0x2D, 0x58, 0x4A, 0x92, 0x0B, 0x77, 0x3F, 0x1F, 0x2C, 0x55, 0x6B});
+  else
+    append(bytes, {0, 0, 0x10, 0, 0x80, 0, 0, 0xAA, 0, 0x38, 0x9B, 0x71});
+  append(bytes, {static_cast<std::uint8_t>(format == Format::kGrey ? 8 : 16), 1, 0, 0, 0, 0});
   return bytes;
 }
 
@@ -44,7 +53,9 @@ Bytes frame_descriptor(const EmulatedUvc::Config& config) {
     return static_cast<std::uint32_t>(std::uint64_t{config.frame_size()} * 8 * 10'000'000 / interval);
   };
   const auto [shortest, longest] = std::minmax_element(kIntervals.begin(), kIntervals.end());
-  Bytes bytes{static_cast<std::uint8_t>(26 + 4 * kIntervals.size()), kClassInterface, 5, 1, 0};
+  const bool jpeg = config.format == EmulatedUvc::Config::Format::kMjpeg;
+  Bytes bytes{static_cast<std::uint8_t>(26 + 4 * kIntervals.size()), kClassInterface,
+              jpeg ? kFrameMjpeg : kFrameUncompressed, 1, 0};
   append_le(bytes, config.width, 2);
   append_le(bytes, config.height, 2);
   append_le(bytes, bits_per_second(*longest), 4);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include <gtest/gtest.h>
 
@@ -11,6 +12,12 @@
 #include "tests/nav/random_floor.h"
 
 namespace headway::nav {
+
+/// In the tests' names.
+inline std::ostream& operator<<(std::ostream& out, Execution execution) {
+  return out << (execution == Execution::kOrders ? "Orders" : "Steps");
+}
+
 namespace {
 
 using Eigen::Vector2d;
@@ -163,7 +170,8 @@ void check_orders(const Walk& walk, const Path& path, const Standing& from, cons
 }
 
 class WalkAlong : public testing::TestWithParam<Execution> {};
-INSTANTIATE_TEST_SUITE_P(Both, WalkAlong, testing::Values(Execution::kSteps, Execution::kOrders));
+INSTANTIATE_TEST_SUITE_P(Both, WalkAlong, testing::Values(Execution::kSteps, Execution::kOrders),
+                         testing::PrintToStringParamName());
 
 TEST_P(WalkAlong, AnyPathKeepsTheLimitsAndEndsParallelAtTheGoal) {
   Dice dice(7);

@@ -52,6 +52,7 @@ class Drive {
   jump = 0; // the largest of a cyclic target from where the joint was
 
   constructor(id, send) {
+    this.id = id;
     this.device = new Device({ eds: dictionary(id), id });
     this.device.on('message', send);
     let before = INITIALIZING;
@@ -76,7 +77,13 @@ class Drive {
 
   receive(frame) {
     this.device.receive(frame);
-    this.obey(this.get(0x6040));
+    // A controlword commands when it comes, or with the next SYNC; a later stop of the drive's own stands.
+    if (frame.id === 0x200 + this.id) this.is_commanded = true;
+    const takesSync = this.raw(0x1400, 2)[0] <= 240;
+    if (this.is_commanded && (!takesSync || frame.id === 0x80)) {
+      this.is_commanded = false;
+      this.obey(this.get(0x6040));
+    }
     this.report();
   }
 

@@ -89,6 +89,19 @@ TEST(EmulatedUvc, CutsOneFrameInHalf) {
   EXPECT_EQ(bench.read()->size(), 2u + 64u);
 }
 
+TEST(EmulatedUvc, SendsAJpegImageAsLongAsItIs) {
+  hal::ManualClock clock;
+  Bytes image(20, 7);
+  EmulatedUvc camera(
+      {.width = 16, .height = 4, .format = EmulatedUvc::Config::Format::kMjpeg},
+      [&] { return ByteSpan(image); }, clock);
+  Bytes commit{1, 0, 1, 1};
+  append_le(commit, kInterval, 4);
+  commit.resize(26);
+  camera.request({.request_type = 0x21, .request = 1, .value = 0x0200, .index = 1, .length = 26}, commit);
+  EXPECT_EQ(camera.send(EmulatedUvc::kIn, 16384)->size(), 2u + 20u);
+}
+
 TEST(EmulatedUvc, SendsNothingWhilePaused) {
   Bench bench;
   bench.camera.pause(true);

@@ -6,10 +6,10 @@ modprobe -a vhci-hcd uvcvideo
 
 commands=/tmp/camera given=/tmp/given video=/dev/video0
 
-# start_camera FORMAT BYTES_PER_PIXEL: it films 16 frames of random bytes, over and over.
+# start_camera FORMAT BYTES_PER_PIXEL: it films 16 frames of random bytes, over and over; or, of JPEG, what is there.
 start_camera() {
   size=$((320 * 240 * $2))
-  tests/hil/given_frames make "$given" 16 "$size" 1
+  [[ $1 == mjpeg ]] || tests/hil/given_frames make "$given" 16 "$size" 1
   "$build/hil_usb_camera" --frames "$given" --size 320 240 --format "$1" --commands "$commands" >/tmp/camera_log 2>&1 &
   camera=$!
   wait_for "the kernel to find the camera" there
@@ -104,12 +104,47 @@ tell plug
 wait_for "the kernel to find the camera" there
 film 8
 
-HEADWAY_VIDEO=$video HEADWAY_CAMERA_COMMANDS=$commands run_tests hil_camera_usb_tests
+export HEADWAY_VIDEO=$video HEADWAY_CAMERA_COMMANDS=$commands HEADWAY_FILMED=$given
+run_tests hil_camera_usb_tests --gtest_filter=UsbCamera.*
 end_camera
 
 say "colour frames are read as they were given"
 start_camera yuyv 2
 film 24
+end_camera
+
+say "distances are read as they were given"
+start_camera z16 2
+film 24
+run_tests hil_camera_usb_tests --gtest_filter=UsbDepthCamera.*
+end_camera
+
+# The image is libjpeg's, by netpbm, which also reads it and what headway writes.
+say "headway camera show sees a JPEG image as libjpeg does"
+python3 - >/tmp/noise.pgm <<'NOISE'
+import random, sys
+numbers = random.Random(1)
+rows = [[int(60 + 80 * x / 320 + 40 * (y > 120) + numbers.random() * 30) for x in range(320)] for y in range(240)]
+sys.stdout.buffer.write(b"P5 320 240 255\n" + bytes(v for row in rows for v in row))
+NOISE
+pnmtojpeg -quality=90 /tmp/noise.pgm >"$given"
+jpegtopnm "$given" 2>/dev/null >/tmp/seen.pgm
+start_camera mjpeg 2
+"$build/headway" camera show "$video" --format MJPG --size 320x240 --out /tmp/look_jpeg
+pngtopnm /tmp/look_jpeg/*.png >/tmp/shown.pnm
+python3 - /tmp/seen.pgm /tmp/shown.pnm <<'COMPARE'
+import sys
+seen = open(sys.argv[1], "rb").read()[-320 * 240:]
+shown = open(sys.argv[2], "rb").read()
+shown = shown[-3 * 320 * 240:][::3] if shown.startswith(b"P6") else shown[-320 * 240:]
+worst = max(abs(a - b) for a, b in zip(seen, shown))
+print(f"{len(shown)} pixels, {worst} apart at most")
+sys.exit(len(shown) != 320 * 240 or worst > 2)
+COMPARE
+say "half a JPEG image is counted as damaged, and the next one is whole"
+tell next half
+"$build/headway" camera show "$video" --format MJPG --size 320x240 --rate 5 --seconds 4 --out /tmp/look_half
+grep -Eq '"damaged": [1-9]' /tmp/look_half/report.json || fail "$(cat /tmp/look_half/report.json)"
 end_camera
 
 # Netpbm reads the picture: it is not the library that wrote it.

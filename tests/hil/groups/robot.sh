@@ -3,32 +3,22 @@
 # of `headway node`. Both go by a clock that is so many times slower, for the guest is.
 set -euo pipefail
 source tests/hil/guest.sh
-modprobe -a vhci-hcd uvcvideo can-raw vcan
-ip link add dev vcan0 type vcan
-ip link set vcan0 up
-
 # Pictures are stamped when the camera hands them over: long after the exposure, for here drawing takes long.
 slower=${HEADWAY_HIL_SLOWER:-20} delay=90
-cp -r config/hrp2 /tmp/hrp2
-robot=/tmp/hrp2/robot.yaml
-sed -i "s/^\( *\)camera_down_deg:/\1camera_time_offset_ms: -$delay\n&/" "$robot"
+wires=/tmp/wires
+robot=$wires/robot.yaml
+
+say "scripts/wires: a bus, and two cameras that film what the simulated robot sees"
+scripts/wires --delay "$delay" "$wires" >/tmp/wires.log 2>&1 &
+made=$!
+wait_for "the left camera" test -e /dev/v4l/by-path/platform-vhci_hcd.0-usb-0:1:1.0-video-index0
+wait_for "the wires" test -e "$robot"
 # It looks around only as far as a short walk in a small room needs.
 sed -i 's/least_gain: 0.1/least_gain: 1.0/' "$robot"
-grep -q camera_time_offset_ms "$robot" && grep -q 'least_gain: 1.0' "$robot" || fail "the robot file has changed"
-ports=/dev/v4l/by-path/platform-vhci_hcd.0-usb-0
-mkfifo /tmp/left /tmp/right
-
-say "two cameras that film what the simulated robot sees"
-for eye in left right; do
-  port=0
-  [[ $eye == left ]] || port=1
-  "$build/hil_usb_camera" --live "/tmp/$eye" --size 340 480 --format grey --serial "$eye" --port "$port" \
-    --commands "/tmp/$eye.commands" >"/tmp/$eye.log" 2>&1 &
-  wait_for "the $eye camera" test -e "$ports:$((port + 1)):1.0-video-index0"
-done
+grep -q 'least_gain: 1.0' "$robot" || fail "the robot file has changed"
 
 say "the simulated robot stands in its room"
-"$build/headway" node "$robot" --world tests/hil/robot_world.yaml --bus socketcan:vcan0 --left /tmp/left --right /tmp/right \
+"$build/headway" node "$robot" --world tests/hil/robot_world.yaml --bus socketcan:vcan0 --left "$wires/left" --right "$wires/right" \
   --camera-delay "$delay" --slower "$slower" >/tmp/node.log 2>&1 &
 node=$!
 candump -n 1 -T 20000 vcan0,130:7FF >/tmp/heard
@@ -36,8 +26,7 @@ grep -q . /tmp/heard || fail "no status of the control computer: $(cat /tmp/node
 
 say "headway run looks around and walks it to the goal"
 status=0
-timeout "$((${HEADWAY_HIL_SECONDS:-1200} - 100))" "$build/headway" run "$robot" --bus socketcan:vcan0 --left "$ports:1:1.0-video-index0" \
-  --right "$ports:2:1.0-video-index0" --floor 5,5 --goal 0.8,0 --slower "$slower" --out /tmp/run || status=$?
+timeout "$((${HEADWAY_HIL_SECONDS:-1200} - 100))" "$build/headway" run "$robot" --floor 5,5 --goal 0.8,0 --slower "$slower" --out /tmp/run || status=$?
 kill "$node" || true
 ended=0
 wait "$node" || ended=$?
@@ -55,3 +44,8 @@ distance = ((x - 0.3) ** 2 + y**2) ** 0.5
 print(f"{distance:.3f} m from the goal")
 sys.exit(distance > 0.10)
 TRUTH
+
+say "the wires go as they came"
+kill "$made"
+wait "$made"
+[[ ! -e /sys/class/net/vcan0 ]] || fail "vcan0 is still there"
