@@ -1,9 +1,13 @@
 // A camera and what makes uncertain points of its frames, as the frame loop uses them.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "hal/camera.h"
 #include "vision/stereo.h"
@@ -31,6 +35,9 @@ class Eyes {
   virtual const std::string& fault() const = 0;
 };
 
+/// Of a picture that is, to the last bit, the one before: no sensor takes the same twice.
+inline const std::string kFrozen = "the picture is the one before again: the camera is frozen";
+
 /// Two cameras and a matcher.
 class StereoEyes final : public Eyes {
  public:
@@ -38,7 +45,9 @@ class StereoEyes final : public Eyes {
       : camera_(camera), vision_(rig, config) {}
 
   std::optional<FrameStamp> take() override {
-    if (!camera_.take_newest(frame_)) return std::nullopt;
+    if (!camera_.take_newest(next_)) return std::nullopt;
+    std::swap(frame_, next_);
+    frozen_ = frame_.left.pixels == next_.left.pixels || frame_.right.pixels == next_.right.pixels;
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
   const vision::RangeView& see() override { return vision_.see(frame_); }
@@ -49,13 +58,16 @@ class StereoEyes final : public Eyes {
   /// Of the images, or of the cameras as they see at the moment.
   const std::string& fault() const override {
     const vision::SightFinding* sight = vision_.sight().fault();
-    return vision_.fault().empty() && sight ? sight->what : vision_.fault();
+    if (!vision_.fault().empty()) return vision_.fault();
+    if (sight) return sight->what;
+    return frozen_ ? kFrozen : vision_.fault();
   }
 
  private:
   hal::StereoCamera& camera_;
   vision::StereoVision vision_;
-  hal::StereoFrame frame_;
+  hal::StereoFrame frame_, next_;  ///< `next_`: between two calls, the frame before
+  bool frozen_ = false;
 };
 
 /// A depth camera, or the simulator's range mode, mounted in place of a rectified left camera.
@@ -70,7 +82,8 @@ class DepthEyes final : public Eyes {
   DepthEyes(hal::DepthCamera& camera, const Config& config) : camera_(camera), config_(config) {}
 
   std::optional<FrameStamp> take() override {
-    if (!camera_.take_newest(frame_)) return std::nullopt;
+    if (!camera_.take_newest(next_)) return std::nullopt;
+    std::swap(frame_, next_);
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
   const vision::RangeView& see() override {
@@ -80,19 +93,27 @@ class DepthEyes final : public Eyes {
         frame_.depth.size() != view_.depth.size())
       fault_ = "the depth image has " + size_text(frame_.width, frame_.height) + ", expected " +
                size_text(config_.camera.width, config_.camera.height);
+    else if (repeats())
+      fault_ = kFrozen;
     return view_;
   }
   Eigen::Isometry3d left_from_view() const override { return config_.left_from_view; }
   const std::string& fault() const override { return fault_; }
 
  private:
+  /// Bit by bit, for what was not measured equals nothing.
+  bool repeats() const {
+    const auto bits = [](float z) { return std::bit_cast<std::uint32_t>(z); };
+    return std::ranges::equal(frame_.depth, next_.depth, {}, bits, bits) &&
+           !std::ranges::all_of(frame_.depth, [](float z) { return std::isnan(z); });
+  }
   static std::string size_text(int width, int height) {
     return std::to_string(width) + " x " + std::to_string(height) + " px";
   }
 
   hal::DepthCamera& camera_;
   Config config_;
-  hal::DepthFrame frame_;
+  hal::DepthFrame frame_, next_;  ///< as StereoEyes
   vision::RangeView view_;
   std::string fault_;
 };

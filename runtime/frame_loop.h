@@ -35,9 +35,10 @@ struct StageTimes {
 };
 
 struct FrameLoopCounters {
-  std::uint64_t frames = 0;    ///< used
-  std::uint64_t lost = 0;      ///< gaps in the camera's numbers: superseded by newer ones, or never delivered
-  std::uint64_t no_pose = 0;   ///< skipped: the pose at their exposure is not known
+  std::uint64_t frames = 0;   ///< used
+  std::uint64_t lost = 0;     ///< gaps in the camera's numbers: superseded by newer ones, or never delivered;
+                              ///< and frames with a stamp no later than that of the frame before
+  std::uint64_t no_pose = 0;  ///< skipped: the pose at their exposure is not known
   std::uint64_t unusable = 0;  ///< of those used: told the map nothing (a fault, or no point measured)
   std::uint64_t late = 0;      ///< took longer than the budget
 };
@@ -108,9 +109,9 @@ class FrameLoop {
   Glance glance_;
   hal::ChestHistory chest_;
   hal::HeadHistory head_;
-  std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
-  std::optional<std::uint64_t> last_sequence_;
-  Time last_look_ = nav::kNever;  ///< exposure of the newest frame that told the map something
+  std::optional<FrameStamp> waiting_;     ///< taken, its pose not known yet
+  std::optional<FrameStamp> last_taken_;  ///< as the camera stamped it
+  Time last_look_ = nav::kNever;          ///< exposure of the newest frame that told the map something
   std::optional<Time> last_work_;
   // Of the newest frame that was worked on:
   hal::HeadAngles last_head_;

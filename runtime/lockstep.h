@@ -21,12 +21,24 @@ class Lockstep {
            FrameLoop& frames)
       : config_(config), clock_(clock), world_(std::move(world)), bus_(bus), frames_(frames) {}
 
+  /// Loops that find no processor time.
+  struct Starved {
+    bool bus = false, frames = false;
+  };
+  /// Asked in each period: what a starved loop would have done then, it does not do.
+  void starve(std::function<Starved(Time)> when) { starved_ = std::move(when); }
+
   /// One period: the world, the bus loop, and the frame loop when it is free.
   void step() {
     clock_.advance(config_.period);
     const Time now = clock_.now();
     world_(now);
-    bus_.cycle(now);
+    const Starved starved = starved_ ? starved_(now) : Starved{};
+    if (!starved.bus) bus_.cycle(now);
+    if (starved.frames) {
+      done_at_ += config_.period;
+      return;
+    }
     if (busy_ && now >= done_at_) {
       frames_.publish();
       busy_ = false;
@@ -41,6 +53,7 @@ class Lockstep {
   Config config_;
   hal::ManualClock& clock_;
   std::function<void(Time)> world_;
+  std::function<Starved(Time)> starved_;
   BusLoop& bus_;
   FrameLoop& frames_;
   bool busy_ = false;
