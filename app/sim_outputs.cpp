@@ -234,6 +234,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["views"] = session.mission().views_taken();
   report["moving"] = moving_report(session);
   report["body_mask"] = body_mask_report(session.body_mask());
+  report["faults"] = session.faults().report();
   report["frames"] = {{"used", frames.frames},
                       {"lost", frames.lost},
                       {"no_pose", frames.no_pose},
