@@ -14,13 +14,14 @@
 #include "app/sim_session.h"
 #include "app/world_map.h"
 #include "hal/error.h"
+#include "sim_hal/fault_file.h"
 
 namespace headway::app {
 
 namespace {
 
 struct Options {
-  std::filesystem::path world, map, out, robot = default_robot_file();
+  std::filesystem::path world, map, faults, out, robot = default_robot_file();
   std::vector<double> goal;
   std::string matcher, execution;
   std::optional<double> step_over;
@@ -28,7 +29,7 @@ struct Options {
   bool near = false, no_replan = false, range = false, exact_feet = false;
   double longest = 400;
   OdometryOptions odometry;
-  std::optional<double> tilt_error;
+  std::optional<double> tilt_error, frame_rate;
 };
 
 void print_memory(const runtime::Mapper& mapper) {
@@ -68,6 +69,7 @@ int run(const Options& options) {
   if (options.execution == "steps") robot.mission.execution = nav::Execution::kSteps;
   step_over(options.step_over.value_or(robot.mission.gait.over.height), robot);
   if (!options.matcher.empty()) robot.vision.matcher.kind = vision::matcher_kind(options.matcher);
+  if (options.frame_rate) robot.simulation.frame_rate = *options.frame_rate;
   const sim::World world = read_world_for(robot, options.world);
   SimOptions sim;
   sim.range_mode = options.range;
@@ -78,6 +80,7 @@ int run(const Options& options) {
   sim.seed = options.seed ? options.seed : world.seed;
   sim.longest = seconds(options.longest);
   sim.near = options.near;
+  if (!options.faults.empty()) sim.faults = sim::read_faults(options.faults);
   if (!options.goal.empty()) {
     sim.goal.emplace();
     sim.goal->position = {options.goal[0], options.goal[1]};
@@ -105,6 +108,7 @@ int run(const Options& options) {
              session.steps().size(), counts.replans, outcome.goal_error);
   if (!options.near && outcome.reason.starts_with("no way"))
     fmt::print("with --near the robot walks to the reachable place nearest to the goal\n");
+  if (!sim.faults.empty()) fmt::print("{}", fault_lines(session.faults()));
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
   return outcome.arrived ? kSuccess : kNotReached;
@@ -153,6 +157,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->check(finite_in(-5, 5));
   command->add_flag("--range", options->range,
                     "Depth straight from the ray caster, without images and matcher (fast)");
+  command->add_option("--faults", options->faults,
+                      "What goes wrong on the way: a fault plan, e.g. config/faults/three.yaml");
+  command->add_option("--frame-rate", options->frame_rate, "Of the cameras [Hz]; default: the robot file's")
+      ->check(finite_in(1, 60));
   command->add_option("--matcher", options->matcher, "census, sgbm or bm; default: the robot's")
       ->check(CLI::IsMember(vision::matcher_names()))
       ->type_name("NAME")

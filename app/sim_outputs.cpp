@@ -236,6 +236,7 @@ Json sim_report(const SimSession& session, const SimOutcome& outcome) {
   report["moving"] = moving_report(session);
   report["body_mask"] = body_mask_report(session.body_mask());
   report["safety"] = safety_json(session.bus_loop().safety());
+  report["faults"] = session.faults().report();
   report["frames"] = frames_json(session.frame_loop().counters());
   const auto& aligned = session.frame_loop().localisation().counters();
   report["views_aligned"] = {

@@ -75,6 +75,13 @@ runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& opti
   return config;
 }
 
+DemandConfig demands(const Robot& robot) {
+  DemandConfig config{.steps = robot.steps, .step = robot.mission.gait.step_duration};
+  if (robot.mission.gait.over.height > 0)
+    config.step = std::max(config.step, robot.mission.gait.over.duration);
+  return config;
+}
+
 runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& options) {
   runtime::MissionConfig config = robot.mission;
   config.replan = options.replan;
@@ -97,13 +104,14 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
       bus_loop_(bus_config(robot_, world.start), body_.bus(), head_, walker_, *links_),
       frames_(frame_config(robot_, options), make_eyes(), mapper_, mission_, *links_, stopwatch_),
       lockstep_(
-          {sim::SimRobot::kPeriod, robot_.simulation.charge}, clock_, [this](Time now) { move_world(now); },
+          {sim::SimRobot::kPeriod, robot_.simulation.charge, robot_.loops.missed}, clock_, [this](Time now) { move_world(now); },
           bus_loop_, frames_),
       onlooker_{[this](const Eigen::Vector3d& p) { return in_sight(p); },
                 robot_.mission.outline.bare().reach(),
                 robot_.mission.gait.forward / to_seconds(robot_.mission.gait.step_duration)},
       reactions_(robot_.mission.outline, robot_.mapper.floor, onlooker_),
-      body_mask_(robot_.mission.outline, mapper_.floor().grid) {
+      body_mask_(robot_.mission.outline, mapper_.floor().grid),
+      faults_(options.faults, demands(robot_)) {
   body_.on_exposure([this](Time t, const Eigen::Isometry3d& map_from_camera) {
     if (stereo_camera_) stereo_camera_->expose(t, map_from_camera);
     const Eigen::Isometry3d map_from_view = map_from_camera * eyes_->left_from_view();
@@ -118,7 +126,18 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
     watch(snapshot);
     if (observer_) observer_(snapshot);
   });
+  if (fault_schedule()) lockstep_.starve([this](Time now) { return starved(now); });
   mission_.set_goal(goal_);
+}
+
+const sim::FaultSchedule* SimSession::fault_schedule() const {
+  return options_.faults.empty() ? nullptr : &body_.faults();
+}
+
+runtime::Lockstep::Starved SimSession::starved(Time now) const {
+  const auto on = [&](sim::FaultKind kind) { return body_.faults().any(kind, now); };
+  const bool both = on(sim::FaultKind::kStarvedLoops);
+  return {both || on(sim::FaultKind::kStarvedBusLoop), both || on(sim::FaultKind::kStarvedFrameLoop)};
 }
 
 runtime::Eyes& SimSession::make_eyes() {
@@ -127,12 +146,12 @@ runtime::Eyes& SimSession::make_eyes() {
   if (options_.range_mode) {
     const auto model = simulated_depth(robot_, rectifier.rig(), options_.seed);
     sight_.camera = {model.width, model.height, model.focal, model.cx, model.cy};
-    depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model);
+    depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model, fault_schedule());
     eyes_ = std::make_unique<runtime::DepthEyes>(
         *depth_camera_, depth_eyes(model, rectifier.rectified_from_left().inverse()));
   } else {
     const auto model = simulated_pair(robot_.rig, options_.seed);
-    stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model);
+    stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model, fault_schedule());
     auto eyes = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
     stereo_eyes_ = eyes.get();
     eyes_ = std::move(eyes);
@@ -177,6 +196,8 @@ void SimSession::note() {
     record.landing = map_from_odom * record.landing;
     steps_.push_back(record);
   }
+  if (fault_schedule()) note_faults();
+  note_progress();
   reactions_.handed(clock_.now(), bus_loop_);
   body_mask_.handed(clock_.now(), bus_loop_.counters());
   if (clock_.now().time_since_epoch() % BodyMaskCheck::kPeriod == Duration(0) && !steps_.empty())
@@ -199,6 +220,29 @@ void SimSession::send_to(const nav::Goal& goal) {
   events_.clear();
 }
 
+void SimSession::note_faults() {
+  ProgramSigns signs;
+  signs.frames = frames_.counters();
+  signs.cycles_missed = lockstep_.missed();
+  signs.unused = walker_.counts();
+  signs.head = head_.state().health;
+  signs.control = walker_.health();
+  signs.reject = walker_.status().reject_reason;
+  signs.clock_known = walker_.clock().has_value();
+  signs.bus = body_.bus().state();
+  signs.committed = bus_loop_.committed();
+  signs.braking = body_.control().pattern().closed();
+  signs.phase_remaining = body_.control().pattern().phase_remaining();
+  faults_.look(clock_.now(), body_.faults(), signs);
+}
+
+void SimSession::note_progress() {
+  const bool walks = body_.control().pattern().phase() != nav::WalkingPattern::Phase::kStanding;
+  if (!walks && mission_.views_taken() == views_) return;
+  views_ = mission_.views_taken();
+  progress_at_ = clock_.now();
+}
+
 SimOutcome SimSession::run() {
   const Time end = clock_.now() + options_.longest;
   while (clock_.now() < end) {
@@ -210,6 +254,7 @@ SimOutcome SimSession::run() {
     if (mission_.state() == runtime::MissionState::kStopped &&
         walker_.status().state == hal::WalkState::kStanding)
       return judge("stopped");
+    if (clock_.now() - progress_at_ >= kStandstill) return judge("stopped");
   }
   return judge("time");
 }
@@ -220,6 +265,9 @@ SimOutcome SimSession::judge(std::string end) const {
   out.fallen = body_.fallen();
   out.collision = body_.collision();
   out.reason = mission_.reason();
+  if (out.end == "stopped" && out.reason.empty())
+    out.reason = fmt::format("has stood for {:.0f} s without a new view, and waits ({})",
+                             to_seconds(kStandstill), name(mission_.state()));
   if (out.collision)
     out.reason = fmt::format("the {} touched {} after {:.2f} s", out.collision->part, out.collision->object,
                              to_seconds(out.collision->time));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/body_mask_check.h"
+#include "app/fault_check.h"
 #include "app/precision.h"
 #include "app/reaction_check.h"
 #include "app/robot_file.h"
@@ -40,6 +41,9 @@ struct SimOptions : SimulatedRobotOptions {
 /// truth by odometry only.
 constexpr double kArrivedWithin = 0.10;     ///< [m]
 constexpr double kArrivedWithinYaw = 0.10;  ///< [rad], where a yaw is wished
+
+/// A robot that has stood for so long without taking a new view waits for somebody: the run is over.
+constexpr Duration kStandstill = seconds(30);
 
 /// How a run ended.
 struct SimOutcome {
@@ -113,6 +117,7 @@ class SimSession {
   const PrecisionCheck::Result& precision() const { return precision_.result(); }
   const ReactionCheck& reactions() const { return reactions_; }
   const BodyMaskCheck& body_mask() const { return body_mask_; }
+  const FaultCheck& faults() const { return faults_; }
   const std::vector<runtime::StepRecord>& steps() const { return steps_; }  ///< landings in the map frame
   const SimTrail& trail() const { return trail_; }
   const std::vector<SimEvent>& events() const { return events_; }
@@ -124,6 +129,10 @@ class SimSession {
   void watch(const runtime::FrameSnapshot& snapshot);
   bool in_sight(const Eigen::Vector3d& point) const;
   void note();
+  void note_faults();
+  void note_progress();
+  const sim::FaultSchedule* fault_schedule() const;
+  runtime::Lockstep::Starved starved(Time now) const;
   void note_sight(Time exposure);
   SimOutcome judge(std::string end) const;
 
@@ -153,6 +162,9 @@ class SimSession {
   sim::Onlooker onlooker_;  ///< the robot, as things that set off before its eyes know it
   ReactionCheck reactions_;
   BodyMaskCheck body_mask_;
+  FaultCheck faults_;
+  Time progress_at_{};  ///< when it last walked or took a view
+  std::size_t views_ = 0;
   std::vector<runtime::StepRecord> steps_;
   SimTrail trail_;
   std::vector<SimEvent> events_;

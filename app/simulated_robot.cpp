@@ -55,7 +55,8 @@ sim::RobotConfig simulated_robot(const Robot& robot, const SimulatedRobotOptions
   config.feet_apart = robot.mission.gait.feet_apart;
   config.frame_rate = robot.simulation.frame_rate;
   config.body = robot.simulation.body;
-  config.body.seed = options.seed;
+  config.body.seed = config.fault_seed = options.seed;
+  config.faults = options.faults;
   if (options.exact_feet) config.body.landing_sigma = config.body.landing_yaw_sigma = 0;
   drift(robot.mission.gait, options.drift, options.seed, config.body);
   config.body.chest.height = robot.chest_height;

@@ -24,6 +24,7 @@ struct SimulatedRobotOptions {
   bool exact_feet = false;           ///< feet land where they should, and odometry without drift is the truth
   std::optional<double> tilt_error;  ///< of the head, instead of the robot file's [rad]
   std::uint64_t seed = 1;            ///< of all noise
+  sim::FaultPlan faults;
 };
 
 sim::RobotConfig simulated_robot(const Robot& robot, const SimulatedRobotOptions& options);

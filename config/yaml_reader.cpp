@@ -205,9 +205,10 @@ std::string Section::text_or(std::string_view key, std::string_view fallback) co
 
 std::string Section::choice(std::string_view key, const std::vector<std::string>& allowed) const {
   std::string value = text(key);
-  if (std::find(allowed.begin(), allowed.end(), value) == allowed.end())
-    fail(key, fmt::format("'{}', expected one of: {}", value, fmt::join(allowed, ", ")));
-  return value;
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  const std::string meant = meant_by(value, allowed);
+  fail(key, fmt::format("'{}', expected one of: {}{}", value, fmt::join(allowed, ", "),
+                        meant.empty() ? "" : fmt::format("; did you mean '{}'?", meant)));
 }
 
 std::string Section::choice_or(std::string_view key, std::string_view fallback,

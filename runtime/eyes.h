@@ -2,10 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "hal/camera.h"
 #include "vision/stereo.h"
@@ -42,6 +45,9 @@ class Eyes {
   virtual const std::string& fault() const = 0;
 };
 
+/// Of a picture that is, to the last bit, the one before: no sensor takes the same twice.
+inline const std::string kFrozen = "the picture is the one before again: the camera is frozen";
+
 /// Two cameras and a matcher; and another for images of half the size, whose points are as many fewer and as
 /// much less sure.
 class StereoEyes final : public Eyes {
@@ -50,7 +56,9 @@ class StereoEyes final : public Eyes {
       : camera_(camera), whole_(rig, config), half_(rig, halved(config)) {}
 
   std::optional<FrameStamp> take() override {
-    if (!camera_.take_newest(frame_)) return std::nullopt;
+    if (!camera_.take_newest(next_)) return std::nullopt;
+    std::swap(frame_, next_);
+    frozen_ = frame_.left.pixels == next_.left.pixels || frame_.right.pixels == next_.right.pixels;
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
   void look_with(const Effort& effort) override {
@@ -64,8 +72,9 @@ class StereoEyes final : public Eyes {
   const vision::SightReport& sight() const { return vision_->sight(); }
   /// Of the images, or of the cameras as they see at the moment.
   const std::string& fault() const override {
-    const vision::SightFinding* sight = vision_->sight().fault();
-    return vision_->fault().empty() && sight ? sight->what : vision_->fault();
+    if (!vision_->fault().empty()) return vision_->fault();
+    if (const vision::SightFinding* sight = vision_->sight().fault()) return sight->what;
+    return frozen_ ? kFrozen : vision_->fault();
   }
 
  private:
@@ -78,7 +87,8 @@ class StereoEyes final : public Eyes {
   vision::StereoVision whole_, half_;
   vision::StereoVision* vision_ = &whole_;
   double farthest_ = std::numeric_limits<double>::infinity();
-  hal::StereoFrame frame_;
+  hal::StereoFrame frame_, next_;  ///< `next_`: between two calls, the frame before
+  bool frozen_ = false;
 };
 
 /// A depth camera, or the simulator's range mode, mounted in place of a rectified left camera.
@@ -93,7 +103,8 @@ class DepthEyes final : public Eyes {
   DepthEyes(hal::DepthCamera& camera, const Config& config) : camera_(camera), config_(config) {}
 
   std::optional<FrameStamp> take() override {
-    if (!camera_.take_newest(frame_)) return std::nullopt;
+    if (!camera_.take_newest(next_)) return std::nullopt;
+    std::swap(frame_, next_);
     return FrameStamp{frame_.exposure, frame_.sequence};
   }
   void look_with(const Effort& effort) override { farthest_ = effort.farthest; }
@@ -105,12 +116,20 @@ class DepthEyes final : public Eyes {
         frame_.depth.size() != view_.depth.size())
       fault_ = "the depth image has " + size_text(frame_.width, frame_.height) + ", expected " +
                size_text(config_.camera.width, config_.camera.height);
+    else if (repeats())
+      fault_ = kFrozen;
     return view_;
   }
   Eigen::Isometry3d left_from_view() const override { return config_.left_from_view; }
   const std::string& fault() const override { return fault_; }
 
  private:
+  /// Bit by bit, for what was not measured equals nothing.
+  bool repeats() const {
+    const auto bits = [](float z) { return std::bit_cast<std::uint32_t>(z); };
+    return std::ranges::equal(frame_.depth, next_.depth, {}, bits, bits) &&
+           !std::ranges::all_of(frame_.depth, [](float z) { return std::isnan(z); });
+  }
   static std::string size_text(int width, int height) {
     return std::to_string(width) + " x " + std::to_string(height) + " px";
   }
@@ -118,7 +137,7 @@ class DepthEyes final : public Eyes {
   hal::DepthCamera& camera_;
   Config config_;
   double farthest_ = std::numeric_limits<double>::infinity();
-  hal::DepthFrame frame_;
+  hal::DepthFrame frame_, next_;  ///< as StereoEyes
   vision::RangeView view_;
   std::string fault_;
 };

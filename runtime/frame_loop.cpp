@@ -99,9 +99,15 @@ void FrameLoop::take_frame() {
   const auto frame = eyes_.take();
   if (!frame) return;
   if (waiting_) ++counters_.lost;  // superseded before its pose was known
-  if (last_sequence_ && frame->sequence > *last_sequence_ + 1)
-    counters_.lost += frame->sequence - *last_sequence_ - 1;
-  last_sequence_ = frame->sequence;
+  waiting_.reset();
+  if (last_taken_ && frame->sequence > last_taken_->sequence + 1)
+    counters_.lost += frame->sequence - last_taken_->sequence - 1;
+  const bool stuck = last_taken_ && frame->exposure <= last_taken_->exposure;
+  last_taken_ = frame;
+  if (stuck) {  // nobody knows when it was exposed
+    ++counters_.lost;
+    return;
+  }
   waiting_ = frame;
   waiting_->exposure += config_.camera_time_offset;
   if (last_exposure_ && budget_.leaves_out(waiting_->exposure - *last_exposure_)) {

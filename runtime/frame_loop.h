@@ -33,9 +33,10 @@ struct FrameLoopConfig {
 };
 
 struct FrameLoopCounters {
-  std::uint64_t frames = 0;    ///< used
-  std::uint64_t lost = 0;      ///< gaps in the camera's numbers: superseded by newer ones, or never delivered
-  std::uint64_t no_pose = 0;   ///< skipped: the pose at their exposure is not known
+  std::uint64_t frames = 0;   ///< used
+  std::uint64_t lost = 0;     ///< gaps in the camera's numbers: superseded by newer ones, or never delivered;
+                              ///< and frames with a stamp no later than that of the frame before
+  std::uint64_t no_pose = 0;  ///< skipped: the pose at their exposure is not known
   std::uint64_t unusable = 0;  ///< of those used: told the map nothing (a fault, or no point measured)
   std::uint64_t late = 0;      ///< took longer than there was time
   std::uint64_t left_out = 0;  ///< not looked at, to have more time for others
@@ -114,8 +115,8 @@ class FrameLoop {
   Glance glance_;
   hal::ChestHistory chest_;
   hal::HeadHistory head_;
-  std::optional<FrameStamp> waiting_;  ///< taken, its pose not known yet
-  std::optional<std::uint64_t> last_sequence_;
+  std::optional<FrameStamp> waiting_;     ///< taken, its pose not known yet
+  std::optional<FrameStamp> last_taken_;  ///< as the camera stamped it
   FrameBudget budget_;
   std::optional<Duration> took_;  ///< the last work(), while it is not accounted for
   Time last_look_ = nav::kNever;  ///< exposure of the newest frame that told the map something

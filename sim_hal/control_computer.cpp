@@ -71,6 +71,7 @@ ControlComputer::ControlComputer(const ControlComputerConfig& config, const hal:
       next_time_(power_on + config.time_period) {}
 
 void ControlComputer::receive(const hal::CanFrame& frame) noexcept {
+  if (now_ < up_at_) return;
   switch (frame.id) {
     case bus::StepCommand::kId:
       return take_step(frame);
@@ -147,7 +148,7 @@ bool ControlComputer::repeats_accepted(std::uint8_t seq) const noexcept {
 
 hal::StepReject ControlComputer::judge(std::uint8_t session, std::uint8_t seq) const noexcept {
   using enum hal::StepReject;
-  if (failed_) return kState;
+  if (failed_ || rejecting_) return kState;
   if (session_ == 0 || session != session_) return kSession;
   if (pattern_.closed()) return stop_asked_ ? kState : kLate;
   if (seq != hal::wire_number(accepted_)) return kSequence;
@@ -230,6 +231,30 @@ void ControlComputer::tick(Time now) noexcept {
 
 void ControlComputer::fail() noexcept { failed_ = true; }
 
+void ControlComputer::restart(Duration boot) noexcept {
+  up_at_ = power_on_ = now_ + boot;
+  if (pattern_.started() == 0) pattern_.abort();
+  pattern_.close();
+  session_ = 0;
+  accepted_ = 0;
+  last_foot_.reset();
+  order_ = {};
+  order_done_ = 0;
+  stop_asked_ = false;
+  rejected_ = 0;
+  reject_reason_ = hal::StepReject::kNone;
+  step_check_ = bus::ProtectionChecker(bus::StepCommand::kDataId);
+  order_check_ = bus::ProtectionChecker(bus::WalkOrder::kDataId);
+  control_check_ = bus::ProtectionChecker(bus::WalkControl::kDataId);
+  status_out_ = bus::Protector(bus::WalkStatus::kDataId);
+  chest_xy_out_ = bus::Protector(bus::ChestXY::kDataId);
+  chest_zrot_out_ = bus::Protector(bus::ChestZRot::kDataId);
+  time_out_ = bus::Protector(bus::ControlTime::kDataId);
+  sample_ = 0;
+  next_status_ = up_at_ + config_.status_period;
+  next_time_ = up_at_ + config_.time_period;
+}
+
 Eigen::Isometry3d ControlComputer::odom_from_chest() const noexcept {
   const nav::WalkingSample& s = pattern_.sample();
   return chest_pose(config_.chest, s.com, s.com_acceleration, s.yaw);
@@ -243,7 +268,8 @@ hal::WalkStatus ControlComputer::status() const noexcept {
             : pattern_.phase() == Phase::kSettling || pattern_.closed() ? hal::WalkState::kStopping
                                                                         : hal::WalkState::kWalking;
   s.session = session_;
-  s.executing = pattern_.started() == 0 ? hal::kNoStep : hal::wire_number(pattern_.started() - 1);
+  const bool stepped = session_ != 0 && pattern_.started() > 0;
+  s.executing = stepped ? hal::wire_number(pattern_.started() - 1) : hal::kNoStep;
   s.accepted = accepted_ == 0 ? hal::kNoStep : hal::wire_number(accepted_ - 1);
   s.rejected = rejected_;
   s.reject_reason = reject_reason_;

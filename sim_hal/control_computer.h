@@ -62,6 +62,17 @@ class ControlComputer final : public hal::BusNode {
   /// Drives off: reports kFault from now on and moves no more.
   void fail() noexcept;
 
+  // Faults on demand.
+  /// Refuses every step and order, as one that is not in a state to walk.
+  void set_rejecting(bool rejecting) noexcept { rejecting_ = rejecting; }
+  /// Its program ends, and begins anew after `boot`. Meanwhile it neither hears nor speaks. The joints are
+  /// led by what lies below that program: they finish the steps under way and come to rest, as after a lost
+  /// master; steps that have not begun from a stand are forgotten. The new program knows of no walk, counts
+  /// time and frames from zero, and takes its odometry over from the joints.
+  void restart(Duration boot) noexcept;
+  /// Its clock says so much more from now on.
+  void put_clock_forward(Duration by) noexcept { power_on_ -= by; }
+
   const nav::WalkingSample& walking() const noexcept { return pattern_.sample(); }
   const nav::WalkingPattern& pattern() const noexcept { return pattern_; }
   /// Where it believes the chest to be (what travels in ChestXY and ChestZRot).
@@ -92,7 +103,8 @@ class ControlComputer final : public hal::BusNode {
   hal::CanBus& bus_;
   nav::WalkingPattern pattern_;
   Time power_on_{}, now_{};
-  bool failed_ = false;
+  bool failed_ = false, rejecting_ = false;
+  Time up_at_{};  ///< neither hears nor speaks before
   std::uint8_t session_ = 0;
   std::uint32_t accepted_ = 0;          ///< steps of this session
   std::optional<hal::Foot> last_foot_;  ///< of the newest one accepted

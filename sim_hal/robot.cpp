@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "hal/bus_codec.h"
 #include "hal/error.h"
 #include "hal/pose_history.h"
 
@@ -43,10 +44,7 @@ void RobotConfig::validate() const {
           "feet_apart must lie between a sole's width and 0.5 m");
   require(frame_rate >= 0 && frame_rate <= 200, "frame_rate must lie between 0 and 200 Hz");
   require(first_exposure >= Duration{}, "first_exposure must not be negative");
-  for (const Fault& fault : faults) {
-    require(fault.begin >= Duration{} && fault.length >= Duration{},
-            "faults: begin and length must not be negative");
-  }
+  sim::validate(faults);
 }
 
 SimRobot::SimRobot(const RobotConfig& config, const Pose2& start, Time begin)
@@ -63,7 +61,9 @@ SimRobot::SimRobot(const RobotConfig& config, const Pose2& start, Time begin)
       control_(config.control, hal::Stance::parallel(start, config.feet_apart), control_end_, begin),
       body_(config.body, control_.walking()),
       chest_(body_.map_from_chest()),
-      fault_on_(config.faults.size(), false) {
+      faults_(config.faults, begin, config.fault_seed),
+      fault_on_(config.faults.size(), false),
+      frames_asked_(config.faults.size(), 0) {
   pan_end_.listen(pan_);
   tilt_end_.listen(tilt_);
   control_end_.listen(control_);
@@ -135,69 +135,82 @@ void SimRobot::check_touch() {
   }
 }
 
-bool SimRobot::hits(FaultKind kind, const hal::CanFrame& frame) const {
-  for (std::size_t i = 0; i < config_.faults.size(); ++i) {
-    const Fault& fault = config_.faults[i];
-    if (fault_on_[i] && fault.kind == kind && (fault.id == kAnyId || fault.id == frame.id)) return true;
+/// Whether the fault is on and hits the frame.
+bool SimRobot::hits(std::size_t index, FaultKind kind, const hal::CanFrame& frame) {
+  const Fault& fault = faults_.plan()[index];
+  if (!fault_on_[index] || fault.kind != kind || (fault.id != kAnyId && fault.id != frame.id)) return false;
+  return faults_.draw(index, frames_asked_[index]++) < fault.share;
+}
+
+Duration SimRobot::lateness(const hal::CanFrame& frame) {
+  Duration late{};
+  for (std::size_t i = 0; i < faults_.plan().size(); ++i) {
+    const bool slow = frame.id >= hal::bus::StepCommand::kId && frame.id <= hal::bus::ControlTime::kId &&
+                      hits(i, FaultKind::kSlowControl, frame);
+    if (slow || hits(i, FaultKind::kCanDelay, frame)) late = std::max(late, faults_.plan()[i].delay);
   }
-  return false;
+  return late;
 }
 
 void SimRobot::prepare_faults() {
-  if (config_.faults.empty()) return;
-  can_.drop_if([this](const hal::CanFrame& f) { return hits(FaultKind::kDropFrames, f); });
-  can_.corrupt_if([this](const hal::CanFrame& f) { return hits(FaultKind::kCorruptFrames, f); });
-  can_.delay_by([this](const hal::CanFrame& f) {
-    Duration late{};
-    for (std::size_t i = 0; i < config_.faults.size(); ++i) {
-      const Fault& fault = config_.faults[i];
-      const bool meant = fault.kind == FaultKind::kDelayFrames && (fault.id == kAnyId || fault.id == f.id);
-      if (fault_on_[i] && meant) late = std::max(late, fault.delay);
-    }
-    return late;
+  const std::size_t count = faults_.plan().size();
+  if (count == 0) return;
+  can_.drop_if([this, count](const hal::CanFrame& f) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (hits(i, FaultKind::kCanLoss, f)) return true;
+    return false;
   });
+  can_.corrupt_by([this, count](const hal::CanFrame& f) -> std::optional<unsigned> {
+    for (std::size_t i = 0; i < count; ++i)
+      if (f.dlc > 0 && hits(i, FaultKind::kCanCorruption, f))
+        return static_cast<unsigned>(faults_.draw(i, ~frames_asked_[i]) * 8 * f.dlc);
+    return std::nullopt;
+  });
+  can_.delay_by([this](const hal::CanFrame& f) { return lateness(f); });
 }
 
 void SimRobot::apply_faults(Time now) {
-  const auto connect = [](SimBus::Endpoint& end, bool on) {
-    end.set_state(on ? hal::CanBusState::kErrorActive : hal::CanBusState::kBusOff);
-  };
-  for (std::size_t i = 0; i < config_.faults.size(); ++i) {
-    const Fault& fault = config_.faults[i];
-    const Duration since = now - begin_ - fault.begin;
-    const bool on = since >= Duration{} && since <= fault.length;
+  if (control_.pattern().started() > 0) faults_.first_step(now);
+  for (std::size_t i = 0; i < fault_on_.size(); ++i) {
+    const bool once = !traits(faults_.plan()[i].kind).uses.length;
+    const bool on = once ? faults_.begun(i, now) : faults_.on(i, now);
     if (on == fault_on_[i]) continue;
     fault_on_[i] = on;
-    switch (fault.kind) {
-      case FaultKind::kDropFrames:
-      case FaultKind::kDelayFrames:
-      case FaultKind::kCorruptFrames:
-        break;
-      case FaultKind::kBusOff:
-        connect(vision_end_, !on);
-        break;
-      case FaultKind::kStallPan:
-        pan_.set_stalled(on);
-        break;
-      case FaultKind::kStallTilt:
-        tilt_.set_stalled(on);
-        break;
-      case FaultKind::kRebootPan:
-        on ? pan_.reboot() : void();
-        break;
-      case FaultKind::kRebootTilt:
-        on ? tilt_.reboot() : void();
-        break;
-      case FaultKind::kSilentPan:
-        pan_.set_silent(on);
-        break;
-      case FaultKind::kSilentTilt:
-        tilt_.set_silent(on);
-        break;
-      case FaultKind::kSilentControl:
-        connect(control_end_, !on);
-        break;
-    }
+    begin_or_end(faults_.plan()[i], on, faults_.any(faults_.plan()[i].kind, now));
+  }
+}
+
+/// `any`: this fault or another of its kind is on.
+void SimRobot::begin_or_end(const Fault& fault, bool on, bool any) {
+  const auto connect = [any](SimBus::Endpoint& end) {
+    end.set_state(any ? hal::CanBusState::kBusOff : hal::CanBusState::kErrorActive);
+  };
+  switch (fault.kind) {
+    case FaultKind::kBusOff:
+      return connect(vision_end_);
+    case FaultKind::kStallPan:
+      return pan_.set_stalled(any);
+    case FaultKind::kStallTilt:
+      return tilt_.set_stalled(any);
+    case FaultKind::kRebootPan:
+      return pan_.reboot();
+    case FaultKind::kRebootTilt:
+      return tilt_.reboot();
+    case FaultKind::kSilentPan:
+      return pan_.set_silent(any);
+    case FaultKind::kSilentTilt:
+      return tilt_.set_silent(any);
+    case FaultKind::kSilentControl:
+      return connect(control_end_);
+    case FaultKind::kRejectingControl:
+      return control_.set_rejecting(any);
+    case FaultKind::kRestartControl:
+      if (on) control_.restart(fault.length);
+      return;
+    case FaultKind::kControlClockJump:
+      return control_.put_clock_forward(fault.jump);
+    default:
+      return;  // frames on the bus, cameras and loops ask the schedule
   }
 }
 

@@ -13,7 +13,7 @@
 #include "hal/pose2.h"
 #include "sim_hal/body.h"
 #include "sim_hal/control_computer.h"
-#include "sim_hal/faults.h"
+#include "sim_hal/fault_schedule.h"
 #include "sim_hal/head_drive.h"
 #include "sim_hal/sim_bus.h"
 
@@ -49,6 +49,7 @@ struct RobotConfig {
   double frame_rate = 10;            ///< of the cameras [Hz]; 0: none
   Duration first_exposure{};         ///< after the robot is switched on
   FaultPlan faults{};
+  std::uint64_t fault_seed = 1;  ///< draws the frames that a share of is hit
 
   void validate() const;
 };
@@ -100,13 +101,16 @@ class SimRobot {
   HeadDrive& tilt_drive() { return tilt_; }
   ControlComputer& control() { return control_; }
   const Body& body() const { return body_; }
+  const FaultSchedule& faults() const { return faults_; }
 
  private:
   void take_pictures(Time before, const Eigen::Isometry3d& chest_before, const hal::HeadAngles& head_before);
   void check_touch();
   void prepare_faults();
   void apply_faults(Time now);
-  bool hits(FaultKind kind, const hal::CanFrame& frame) const;
+  void begin_or_end(const Fault& fault, bool on, bool any);
+  bool hits(std::size_t index, FaultKind kind, const hal::CanFrame& frame);
+  Duration lateness(const hal::CanFrame& frame);
 
   RobotConfig config_;
   Time begin_{}, now_{};
@@ -120,7 +124,9 @@ class SimRobot {
   Exposure expose_;
   Touch touched_;
   std::optional<Collision> collision_;
-  std::vector<bool> fault_on_;  ///< one per fault of the plan
+  FaultSchedule faults_;
+  std::vector<bool> fault_on_;               ///< one per fault of the plan
+  std::vector<std::uint64_t> frames_asked_;  ///< for how many frames each was asked whether it hits
 };
 
 }  // namespace headway::sim

@@ -97,9 +97,10 @@ void SimBus::transmit(Endpoint& from, Time end) {
     ++counters_.fault_dropped;
     return;
   }
-  if (corrupt_ && frame.dlc > 0 && corrupt_(frame)) {
+  const std::optional<unsigned> bit = corrupt_ ? corrupt_(frame) : std::nullopt;
+  if (bit && *bit < 8U * frame.dlc) {
     ++counters_.fault_corrupted;
-    frame.data[frame.dlc - 1U] ^= 0x01;
+    frame.data[*bit / 8] = static_cast<std::uint8_t>(frame.data[*bit / 8] ^ 1U << *bit % 8);
   }
   if (const Duration late = delay_ ? delay_(frame) : Duration{}; late > Duration{}) {
     ++counters_.fault_delayed;

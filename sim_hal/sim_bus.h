@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,9 +86,10 @@ class SimBus {
   /// By how long a frame comes late at all receivers; zero or less: in time.
   using Lateness = std::function<Duration(const hal::CanFrame&)>;
   void delay_by(Lateness how_long) { delay_ = std::move(how_long); }
-  /// Turns over one bit of the last data byte, as a faulty gateway would: the receiver's controller sees
-  /// nothing.
-  void corrupt_if(Predicate which) { corrupt_ = std::move(which); }
+  /// Which bit of a frame's data is turned over, 0 the lowest of the first byte, as a faulty gateway would:
+  /// the receivers' controllers see nothing. Nothing, or a bit that the frame does not have: none.
+  using TurnedBit = std::function<std::optional<unsigned>(const hal::CanFrame&)>;
+  void corrupt_by(TurnedBit which) { corrupt_ = std::move(which); }
 
  private:
   struct Delayed {
@@ -104,7 +106,8 @@ class SimBus {
   std::vector<std::unique_ptr<Endpoint>> endpoints_;
   std::vector<Delayed> delayed_;
   Counters counters_;
-  Predicate drop_, corrupt_;
+  Predicate drop_;
+  TurnedBit corrupt_;
   Lateness delay_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "hal/camera.h"
 #include "hal/clock.h"
+#include "sim_hal/fault_schedule.h"
 #include "sim_hal/imager.h"
 #include "sim_hal/lens.h"
 #include "sim_hal/scene.h"
@@ -26,9 +27,10 @@ struct StereoCameraModel {
 /// pixel) only.
 class SimStereoCamera final : public hal::StereoCamera {
  public:
-  /// Scene and clock must outlive the camera. Throws InputError when a size or a focal length is not
-  /// positive.
-  SimStereoCamera(const Scene& scene, const hal::Clock& clock, StereoCameraModel model);
+  /// Scene, clock and faults (if any) must outlive the camera. Throws InputError when a size or a focal
+  /// length is not positive.
+  SimStereoCamera(const Scene& scene, const hal::Clock& clock, StereoCameraModel model,
+                  const FaultSchedule* faults = nullptr);
 
   /// Exposes both eyes on the scene as it is now, from the true pose of the left camera (optical frame).
   void expose(Time mid_exposure, const Eigen::Isometry3d& map_from_left_camera);
@@ -42,10 +44,12 @@ class SimStereoCamera final : public hal::StereoCamera {
  private:
   const Scene& scene_;
   const hal::Clock& clock_;
+  const FaultSchedule* faults_;
   StereoCameraModel model_;
   std::vector<Eigen::Vector2f> left_rays_, right_rays_;
   Transfer<hal::StereoFrame> transfer_;
   std::uint64_t sequence_ = 0;
+  hal::StereoFrame last_;  ///< that was not lost; kept where faults may show it again
 };
 
 }  // namespace headway::sim

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "hal/error.h"
+#include "sim_hal/camera_faults.h"
 #include "sim_hal/noise.h"
 #include "sim_hal/noise_field.h"
 #include "sim_hal/render.h"
@@ -37,17 +38,28 @@ void check(const DepthCameraModel& m) {
     require(share >= 0 && share <= 1, "share", share, "0 to 1");
 }
 
+/// What is frozen is as it was in the last frame.
+void repeat(const CameraFaults& wrong, hal::DepthFrame& frame, hal::DepthFrame& last) {
+  const bool first = last.depth.empty();
+  if (wrong.frozen_picture && !first) frame.depth = last.depth;
+  if (wrong.frozen_stamp && !first) frame.exposure = last.exposure;
+  last = frame;
+}
+
 Lens lens_of(const DepthCameraModel& m) { return Lens::pinhole(m.width, m.height, m.focal, m.cx, m.cy); }
 
 }  // namespace
 
-SimDepthCamera::SimDepthCamera(const Scene& scene, const hal::Clock& clock, DepthCameraModel model)
-    : scene_(scene), clock_(clock), model_(model) {
+SimDepthCamera::SimDepthCamera(const Scene& scene, const hal::Clock& clock, DepthCameraModel model,
+                               const FaultSchedule* faults)
+    : scene_(scene), clock_(clock), faults_(faults), model_(model) {
   check(model_);
   rays_ = ray_table(lens_of(model_));
 }
 
 void SimDepthCamera::expose(Time mid_exposure, const Isometry3d& map_from_camera) {
+  const CameraFaults wrong = faults_ ? camera_faults(*faults_, mid_exposure, sequence_) : CameraFaults{};
+  if (wrong.lost) return lose_frame();
   hal::DepthFrame frame;
   frame.exposure = mid_exposure;
   frame.sequence = sequence_++;
@@ -55,8 +67,9 @@ void SimDepthCamera::expose(Time mid_exposure, const Isometry3d& map_from_camera
   frame.height = model_.height;
   truth_ = true_depth(scene_, rays_, map_from_camera);
   frame.depth = seen_by_both(map_from_camera);
-  add_errors(frame.sequence, frame.depth);
-  transfer_.put(mid_exposure + model_.transfer, std::move(frame));
+  add_errors(worsened(model_, wrong), frame.sequence, frame.depth);
+  if (faults_) repeat(wrong, frame, last_);
+  transfer_.put(mid_exposure, model_.transfer + wrong.late, std::move(frame));
 }
 
 bool SimDepthCamera::take_newest(hal::DepthFrame& into) { return transfer_.take_newest(clock_.now(), into); }
@@ -109,20 +122,21 @@ bool SimDepthCamera::at_edge(std::size_t index) const {
   return false;
 }
 
-void SimDepthCamera::add_errors(std::uint64_t sequence, std::vector<float>& depth) const {
+void SimDepthCamera::add_errors(const DepthCameraModel& model, std::uint64_t sequence,
+                                std::vector<float>& depth) const {
   enum : std::uint64_t { kError, kOutlier, kOutlierValue, kMissing };
-  const auto key = [&](std::uint64_t what) { return noise_key(model_.seed, sequence, 16 + what); };
-  const auto fb = static_cast<float>(model_.focal * model_.baseline);
-  const auto near = static_cast<float>(model_.nearest), far = static_cast<float>(model_.farthest),
-             sigma = static_cast<float>(model_.disparity_sigma);
-  const std::vector<float> error = noise_field(model_.width, model_.height, model_.correlation, key(kError));
+  const auto key = [&](std::uint64_t what) { return noise_key(model.seed, sequence, 16 + what); };
+  const auto fb = static_cast<float>(model.focal * model.baseline);
+  const auto near = static_cast<float>(model.nearest), far = static_cast<float>(model.farthest),
+             sigma = static_cast<float>(model.disparity_sigma);
+  const std::vector<float> error = noise_field(model.width, model.height, model.correlation, key(kError));
   for (std::size_t i = 0; i < depth.size(); ++i) {
     float& z = depth[i];
     if (std::isnan(z)) continue;
     const double missing =
-        model_.missing_at_edges > model_.missing && at_edge(i) ? model_.missing_at_edges : model_.missing;
+        model.missing_at_edges > model.missing && at_edge(i) ? model.missing_at_edges : model.missing;
     float disparity = fb / z + sigma * error[i];
-    if (uniform(key(kOutlier), i) < model_.outliers)
+    if (uniform(key(kOutlier), i) < model.outliers)
       disparity = fb / far + static_cast<float>(uniform(key(kOutlierValue), i)) * (fb / near - fb / far);
     z = disparity > 0 ? fb / disparity : kNothing;
     if (!(z >= near && z <= far) || uniform(key(kMissing), i) < missing) z = kNothing;

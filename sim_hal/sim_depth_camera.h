@@ -8,6 +8,7 @@
 
 #include "hal/camera.h"
 #include "hal/clock.h"
+#include "sim_hal/fault_schedule.h"
 #include "sim_hal/lens.h"
 #include "sim_hal/scene.h"
 #include "sim_hal/transfer.h"
@@ -34,9 +35,10 @@ struct DepthCameraModel {
 /// stereo.
 class SimDepthCamera final : public hal::DepthCamera {
  public:
-  /// Scene and clock must outlive the camera. Throws InputError when the model cannot be (sizes, ranges,
-  /// shares).
-  SimDepthCamera(const Scene& scene, const hal::Clock& clock, DepthCameraModel model);
+  /// Scene, clock and faults (if any) must outlive the camera. Throws InputError when the model cannot be
+  /// (sizes, ranges, shares).
+  SimDepthCamera(const Scene& scene, const hal::Clock& clock, DepthCameraModel model,
+                 const FaultSchedule* faults = nullptr);
 
   /// Measures the scene as it is now from the true pose of the rectified left camera (optical frame).
   void expose(Time mid_exposure, const Eigen::Isometry3d& map_from_camera);
@@ -51,15 +53,17 @@ class SimDepthCamera final : public hal::DepthCamera {
  private:
   std::vector<float> seen_by_both(const Eigen::Isometry3d& map_from_camera) const;
   bool at_edge(std::size_t index) const;
-  void add_errors(std::uint64_t sequence, std::vector<float>& depth) const;
+  void add_errors(const DepthCameraModel& model, std::uint64_t sequence, std::vector<float>& depth) const;
 
   const Scene& scene_;
   const hal::Clock& clock_;
+  const FaultSchedule* faults_;
   DepthCameraModel model_;
   std::vector<Eigen::Vector2f> rays_;
   std::vector<float> truth_;
   Transfer<hal::DepthFrame> transfer_;
   std::uint64_t sequence_ = 0;
+  hal::DepthFrame last_;  ///< that was not lost; kept where faults may show it again
 };
 
 }  // namespace headway::sim

@@ -125,8 +125,10 @@ class SimulatedRobot : public ::testing::Test {
   void disturb() {
     const auto one_in = [this](std::uint32_t n) { return noise.below(n) == 0; };
     robot.can().drop_if([=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(10); });
-    robot.can().corrupt_if(
-        [=](const hal::CanFrame& f) { return f.id >= 0x120 && f.id <= 0x140 && one_in(20); });
+    robot.can().corrupt_by([=](const hal::CanFrame& f) {
+      const bool hit = f.id >= 0x120 && f.id <= 0x140 && one_in(20);
+      return hit ? std::optional(8U * f.dlc - 8U) : std::nullopt;
+    });
   }
 
   sim::SimRobot robot;

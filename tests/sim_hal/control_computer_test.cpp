@@ -301,12 +301,13 @@ TEST(ControlComputer, RejectsOrdersThatItCannotWalk) {
 TEST(ControlComputer, NeverUsesADamagedOrRepeatedFrame) {
   WalkBench bench;
   bench.begin(1);
-  bench.can.corrupt_if([](const hal::CanFrame& f) { return f.id == 0x120; });
+  bench.can.corrupt_by(
+      [](const hal::CanFrame& f) { return f.id == 0x120 ? std::optional(56U) : std::nullopt; });
   bench.master.send_step(1, 0, forward_step(Foot::kLeft));
   bench.run(0.02);
   EXPECT_EQ(bench.control.counters().accepted, 0U);
   EXPECT_EQ(bench.control.counters().unusable, 1U);
-  bench.can.corrupt_if({});
+  bench.can.corrupt_by({});
   bench.master.send_step(1, 0, forward_step(Foot::kLeft));
   bench.master.send_step(1, 1, forward_step(Foot::kRight));
   bench.run(0.02);

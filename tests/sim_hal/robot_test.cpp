@@ -200,9 +200,9 @@ TEST(SimRobot, IsShapedAsConfigured) {
 TEST(SimRobot, SuffersTheFaultsOfItsPlan) {
   RobotConfig config;
   config.faults = {
-      {.kind = FaultKind::kDropFrames, .begin = seconds(0.5), .length = seconds(0.2), .id = 0x130},
-      {.kind = FaultKind::kCorruptFrames, .begin = seconds(0.8), .length = seconds(0.1), .id = 0x131},
-      {.kind = FaultKind::kDelayFrames,
+      {.kind = FaultKind::kCanLoss, .begin = seconds(0.5), .length = seconds(0.2), .id = 0x130},
+      {.kind = FaultKind::kCanCorruption, .begin = seconds(0.8), .length = seconds(0.1), .id = 0x131},
+      {.kind = FaultKind::kCanDelay,
        .begin = seconds(1.0),
        .length = seconds(0.1),
        .id = 0x132,
@@ -233,11 +233,124 @@ TEST(SimRobot, SuffersTheFaultsOfItsPlan) {
   EXPECT_EQ(bench.master.statuses, heard);
 }
 
+TEST(SimRobot, LosesTheShareOfFramesThatItsPlanSays) {
+  RobotConfig config;
+  config.faults = {
+      {.kind = FaultKind::kCanLoss, .begin = seconds(1), .length = seconds(20), .share = 0.3, .id = 0x130}};
+  RobotBench bench(config);
+  bench.run(1);
+  const int before = bench.master.statuses;
+  bench.run(20);
+  const int lost = 1000 - (bench.master.statuses - before);
+  EXPECT_NEAR(lost, 300, 4 * std::sqrt(1000 * 0.3 * 0.7));  // 4 sigma of the binomial distribution
+  EXPECT_EQ(bench.robot.can().counters().fault_dropped, static_cast<std::uint64_t>(lost));
+}
+
+TEST(SimRobot, BeginsTheFaultsThatWaitForTheFirstStepWithIt) {
+  RobotConfig config;
+  config.faults = {{.kind = FaultKind::kBusOff,
+                    .after = FaultClock::kFirstStep,
+                    .begin = seconds(1),
+                    .length = seconds(0.5)}};
+  RobotBench bench(config);
+  bench.run(5);
+  EXPECT_FALSE(bench.robot.faults().begin(0)) << "no step yet";
+  bench.session = 1;
+  bench.steps = forward_steps(12);
+  while (bench.robot.control().pattern().started() == 0) bench.tick();
+  const Time first = bench.now;
+  bench.run(0.995);
+  EXPECT_EQ(bench.robot.bus().state(), hal::CanBusState::kErrorActive);
+  bench.run(0.03);
+  EXPECT_EQ(bench.robot.bus().state(), hal::CanBusState::kBusOff);
+  EXPECT_NEAR(to_seconds(*bench.robot.faults().begin(0) - first), 1, 0.0051);
+  bench.run(0.5);
+  EXPECT_EQ(bench.robot.bus().state(), hal::CanBusState::kErrorActive);
+}
+
+TEST(SimRobot, KeepsAFaultUpWhileAnotherOfItsKindIsOn) {
+  RobotConfig config;
+  config.faults = {{.kind = FaultKind::kBusOff, .begin = seconds(1), .length = seconds(1)},
+                   {.kind = FaultKind::kBusOff, .begin = seconds(1.5), .length = seconds(1)}};
+  RobotBench bench(config);
+  bench.run(2.2);
+  EXPECT_EQ(bench.robot.bus().state(), hal::CanBusState::kBusOff);
+  bench.run(0.4);
+  EXPECT_EQ(bench.robot.bus().state(), hal::CanBusState::kErrorActive);
+}
+
+TEST(SimRobot, HearsAndSpeaksLateWhenItsControlComputerIsSlow) {
+  RobotConfig config;
+  config.faults = {
+      {.kind = FaultKind::kSlowControl, .begin = seconds(1), .length = seconds(2), .delay = seconds(0.06)}};
+  RobotBench bench(config);
+  bench.run(1.1);
+  const std::uint64_t delayed = bench.robot.can().counters().fault_delayed;
+  bench.run(1);
+  // 50 each of status, both halves of the chest pose, and one time.
+  EXPECT_NEAR(static_cast<double>(bench.robot.can().counters().fault_delayed - delayed), 151, 3);
+  ASSERT_FALSE(bench.master.frames.empty());
+}
+
+/// How a walk of twelve steps ends when the control computer begins anew amid it.
+TEST(SimRobot, FinishesTheStepsUnderWayWhenItsControlComputerBeginsAnew) {
+  RobotConfig config;
+  config.faults = {{.kind = FaultKind::kRestartControl,
+                    .after = FaultClock::kFirstStep,
+                    .begin = seconds(3),
+                    .length = seconds(2)}};
+  RobotBench bench(config);
+  bench.session = 1;
+  bench.steps = forward_steps(12);
+  while (!bench.robot.faults().begun(0, bench.now)) bench.tick();
+  const std::uint32_t started = bench.robot.control().pattern().started();
+  bench.session = 0;  // the master says nothing more
+  const int heard = bench.master.statuses;
+  bench.run(1.9);
+  EXPECT_EQ(bench.master.statuses, heard) << "nothing is said meanwhile";
+  bench.run(10);
+  EXPECT_GT(bench.master.statuses, heard);
+  EXPECT_FALSE(bench.robot.fallen());
+  EXPECT_EQ(bench.robot.control().pattern().phase(), nav::WalkingPattern::Phase::kStanding);
+  EXPECT_GT(bench.robot.control().pattern().started(), started);
+  EXPECT_LT(bench.robot.control().pattern().started(), 12U);
+  EXPECT_EQ(bench.master.status.session, 0);
+  EXPECT_EQ(bench.master.status.seq_accepted, bus::WalkStatus::kSeqAcceptedNone);
+  EXPECT_EQ(bench.master.status.seq_executing, bus::WalkStatus::kSeqExecutingNone);
+}
+
+TEST(SimRobot, BeginsNoWalkOfWhichItsControlComputerHasForgotten) {
+  RobotConfig config;
+  config.faults = {{.kind = FaultKind::kRestartControl, .begin = seconds(0.4), .length = seconds(1)}};
+  config.control.first_wait = seconds(2);
+  RobotBench bench(config);
+  bench.session = 1;
+  bench.steps = forward_steps(2);
+  bench.run(0.39);
+  ASSERT_EQ(bench.robot.control().pattern().pushed(), 2U);
+  bench.session = 0;
+  bench.run(6);
+  EXPECT_EQ(bench.robot.path_walked(), 0);
+}
+
+TEST(SimRobot, RefusesEveryStepWhenItsPlanSaysSo) {
+  RobotConfig config;
+  config.faults = {{.kind = FaultKind::kRejectingControl, .length = seconds(3)}};
+  RobotBench bench(config);
+  bench.session = 1;
+  bench.steps = forward_steps(4);
+  bench.run(2.9);
+  EXPECT_EQ(bench.robot.path_walked(), 0);
+  EXPECT_EQ(bench.master.status.reject_reason, bus::WalkStatus::RejectReason::kState);
+  bench.run(8);
+  EXPECT_GT(bench.robot.path_walked(), 0.5) << "and takes them again afterwards";
+}
+
 std::uint64_t hash_of_a_run(std::uint64_t seed) {
   RobotConfig config;
   config.body.seed = seed;
   config.faults = {
-      {.kind = FaultKind::kDropFrames, .begin = seconds(1), .length = seconds(0.3), .id = 0x130}};
+      {.kind = FaultKind::kCanLoss, .begin = seconds(1), .length = seconds(0.3), .share = 0.5, .id = 0x130}};
   RobotBench bench(config);
   bench.session = 4;
   bench.steps = forward_steps(6);
@@ -266,6 +379,9 @@ TEST(SimRobot, RefusesAConfigurationThatCannotBe) {
   EXPECT_THROW(SimRobot(config, {}), InputError);
   config = {};
   config.frame_rate = -1;
+  EXPECT_THROW(SimRobot(config, {}), InputError);
+  config = {};
+  config.faults = {{.kind = FaultKind::kCanLoss, .share = 1.5}};
   EXPECT_THROW(SimRobot(config, {}), InputError);
   config = {};
   config.shape.torso_high = 0.1;

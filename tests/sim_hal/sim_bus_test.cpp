@@ -122,7 +122,7 @@ TEST(SimBus, DropsDelaysAndCorruptsOnDemand) {
   auto &a = bus.attach("a"), &b = bus.attach("b");
   bus.drop_if([](const hal::CanFrame& f) { return f.id == 0x101; });
   bus.delay_by([](const hal::CanFrame& f) { return f.id == 0x102 ? seconds(0.05) : Duration{}; });
-  bus.corrupt_if([](const hal::CanFrame& f) { return f.id == 0x103; });
+  bus.corrupt_by([](const hal::CanFrame& f) { return f.id == 0x103 ? std::optional(63U) : std::nullopt; });
   for (std::uint32_t id = 0x100; id <= 0x103; ++id) a.send(frame(id));
   bus.advance(at_seconds(0.01));
   auto got = drained(b);
@@ -130,7 +130,9 @@ TEST(SimBus, DropsDelaysAndCorruptsOnDemand) {
   EXPECT_EQ(got[0].id, 0x100U);
   EXPECT_EQ(got[0].data, frame(0).data);
   EXPECT_EQ(got[1].id, 0x103U);
-  EXPECT_NE(got[1].data, frame(0).data);
+  hal::CanFrame turned = frame(0x103);
+  turned.data[7] = 0x80;
+  EXPECT_EQ(got[1].data, turned.data);
   bus.advance(at_seconds(0.1));
   got = drained(b);
   ASSERT_EQ(got.size(), 1U);
