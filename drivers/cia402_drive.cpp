@@ -17,8 +17,6 @@ using hal::cia402::State;
 namespace {
 
 constexpr int kFaultResets = 3;
-/// CiA 301: it has missed our heartbeat. Nothing is wrong with the drive, only with what lies between us.
-constexpr std::uint16_t kMissedOurHeartbeat = 0x8130;
 /// Bit 7 acts on its rising edge: up for so long, then down for as long.
 constexpr Duration kEdge = std::chrono::milliseconds(100);
 
@@ -129,8 +127,7 @@ void Cia402Drive::hear(const Emcy& emergency) noexcept {
   report_.emergency_code = emergency.code;
   // Before it runs, the drive may report what happened earlier; its state tells whether that still matters.
   const bool runs = report_.phase == DrivePhase::kRunning || report_.phase == DrivePhase::kHoming;
-  if (emergency.code != 0 && runs)
-    fail(emergency.code == kMissedOurHeartbeat ? DriveFailure::kGone : DriveFailure::kEmergency);
+  if (emergency.code != 0 && runs) fail(DriveFailure::kEmergency);
 }
 
 // --- phases ---
