@@ -9,6 +9,7 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
+#include "runtime/bus_observer.h"
 #include "runtime/links.h"
 
 namespace headway::runtime {
@@ -33,6 +34,9 @@ class BusLoop {
  public:
   BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker, Links& links);
 
+  /// What it reports is shown to `observer` too, which must outlive this.
+  void show(BusObserver& observer) noexcept { observer_ = &observer; }
+
   /// One cycle at `now`.
   void cycle(Time now) noexcept;
 
@@ -56,6 +60,7 @@ class BusLoop {
   hal::Head& head_;
   hal::Walker& walker_;
   Links& links_;
+  BusObserver* observer_ = nullptr;
   nav::StepStack stack_;
   BusLoopCounters counters_;
   Time last_cycle_{}, last_chest_{}, last_head_{};

@@ -25,6 +25,13 @@ void FrameLoop::restore(const nav::SavedMap& known) {
 }
 
 bool FrameLoop::work(Time now) {
+  if (intake_) intake_->begins(now);
+  const bool ordered = decide(now);
+  if (intake_) intake_->ends(ordered ? &order_ : nullptr, links_.report.value(), waiting_.has_value());
+  return ordered;
+}
+
+bool FrameLoop::decide(Time now) {
   take_samples();
   take_frame();
   if (!waiting_) return miss_frames(now);
@@ -61,9 +68,15 @@ void FrameLoop::rest() {
 
 void FrameLoop::take_samples() {
   hal::ChestSample chest;
-  while (links_.chest.pop(chest)) chest_.add(chest.stamp, chest.odom_from_chest);
+  while (links_.chest.pop(chest)) {
+    chest_.add(chest.stamp, chest.odom_from_chest);
+    if (intake_) intake_->takes(chest);
+  }
   HeadSample head;
-  while (links_.head.pop(head)) head_.add(head.stamp, head.angles);
+  while (links_.head.pop(head)) {
+    head_.add(head.stamp, head.angles);
+    if (intake_) intake_->takes(head);
+  }
   links_.report.update();
 }
 

@@ -10,6 +10,7 @@
 #include "nav/cold_map_file.h"
 #include "nav/levelling.h"
 #include "runtime/eyes.h"
+#include "runtime/intake_observer.h"
 #include "runtime/links.h"
 #include "runtime/localisation.h"
 #include "runtime/mapper.h"
@@ -69,6 +70,8 @@ class FrameLoop {
   void restore(const nav::SavedMap& known);
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
+  /// All that work() takes in from now on is shown to `intake`, which must outlive this.
+  void show(IntakeObserver& intake) { intake_ = &intake; }
 
   /// Works on the newest frame whose pose is known. True when there is an order to publish: of a frame, or
   /// for want of frames.
@@ -88,6 +91,7 @@ class FrameLoop {
     Eigen::Isometry3d odom_from_chest;
     hal::HeadAngles head;
   };
+  bool decide(Time now);
   void take_samples();
   void take_frame();
   bool miss_frames(Time now);
@@ -103,6 +107,7 @@ class FrameLoop {
   Links& links_;
   const hal::Clock& stopwatch_;
   FrameObserver observer_;
+  IntakeObserver* intake_ = nullptr;
   nav::Levelling levelling_;
   Localisation localisation_;
   Glance glance_;
