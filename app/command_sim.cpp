@@ -102,9 +102,9 @@ int run(const Options& options) {
   if (!options.record.empty()) {
     runtime::Preface preface = recording_preface(robot, loop_setup(robot, world, sim), "sim");
     if (known) known = keep_known_map(*known, preface);
-    recorder = std::make_unique<runtime::Recorder>(
-        runtime::RecorderConfig{.files = runtime::FileTapeConfig{.folder = options.record}}, preface, clock,
-        Time{});
+    runtime::RecorderConfig config;
+    config.files.emplace().folder = options.record;
+    recorder = std::make_unique<runtime::Recorder>(config, preface, clock, Time{});
     sim.recorder = recorder.get();
   }
   SimSession session(robot, world, sim);

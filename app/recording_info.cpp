@@ -43,7 +43,10 @@ double TopicInfo::rate() const {
 }
 
 RecordingInfo inspect(recording::McapReader& file) {
-  RecordingInfo info{.profile = file.profile(), .library = file.library(), .has_end = file.has_end()};
+  RecordingInfo info;
+  info.profile = file.profile();
+  info.library = file.library();
+  info.has_end = file.has_end();
   info.sum_is_right = file.sum_is_right();
   info.chunks = file.chunks().size();
   info.attachments = file.attachments();

@@ -74,12 +74,6 @@ bool FileTape::put(const Row& row) {
 
 void FileTape::tend(Time now) {
   guarded([&] {
-    if (writer_->size() != seen_size_ || writer_->waiting() == 0) {
-      seen_size_ = writer_->size();
-      last_chunk_ = now;
-    } else if (now - last_chunk_ > recording::McapWriterConfig().chunk_time) {
-      writer_->end_chunk();
-    }
     if (now - last_sync_ < config_.sync_every || writer_->size() == synced_size_) return;
     sink_->sync();
     last_sync_ = now;

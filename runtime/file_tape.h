@@ -32,8 +32,7 @@ class FileTape {
 
   /// True when it began another file with it.
   bool put(const Row& row);
-  /// Call now and then, by a clock that goes on: ends a chunk that has waited long, and brings what was
-  /// written to the disk.
+  /// Call now and then, by a clock that goes on: brings what was written to the disk.
   void tend(Time now);
   /// Ends the file. Nothing was put: then there is none.
   void finish();
@@ -56,8 +55,8 @@ class FileTape {
   std::unique_ptr<recording::ByteSink> sink_;
   std::unique_ptr<recording::McapWriter> writer_;
   std::uint64_t bytes_before_ = 0;  ///< in the files before this one
-  Time last_sync_{}, last_chunk_{};
-  std::uint64_t seen_size_ = 0, synced_size_ = 0;
+  Time last_sync_{};
+  std::uint64_t synced_size_ = 0;
   bool empty_ = true, broken_ = false;
 };
 

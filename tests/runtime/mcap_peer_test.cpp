@@ -101,9 +101,7 @@ TEST(McapPeer, ReadsEveryTopicFromTheStartAndByTheIndexAndDecodesIt) {
   };
   EXPECT_EQ(at("/can/received", "/id"), 0x123);
   EXPECT_EQ(at("/can/received", "/data"), nlohmann::json::parse("[1,2,3,0,0,0,0,0]"));
-  EXPECT_EQ(at("/can/received", "/header/stamp/nanosec").is_number() ||
-                at("/can/received", "/header/stamp/nsec").is_number(),
-            true);
+  EXPECT_EQ(at("/can/received", "/header/stamp/nsec"), 500'000'000);
   EXPECT_EQ(at("/headway/bus", "/walk/phase_remaining_ns"), -7);
   EXPECT_EQ(at("/headway/bus", "/control_clock/0/uncertainty_ns"), 4);
   EXPECT_EQ(at("/headway/bus", "/committed/part/0/turn"), 3);
@@ -150,7 +148,7 @@ TEST(McapPeer, ReadsWhatADiskThatFilledUpLeft) {
     FAIL() << "the disk did not fill up";
   } catch (const Error&) {
   }
-  sink.room += 10'000;
+  sink.room += 40'000;
   ASSERT_TRUE(writer->cut_short());
   write_text(folder / "full.mcap",
              std::string(reinterpret_cast<const char*>(sink.bytes.data()), sink.bytes.size()));

@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -172,7 +173,7 @@ TEST(Recorder, BeginsAnotherFileWhenOneIsLargeAndEachIsWholeByItself) {
   Preface preface;
   preface.files.push_back({"robot.yaml", "application/yaml", {std::byte{'x'}}});
   preface.facts["robot"] = "HRP-2";
-  Recorder recorder(bench.on_files(20'000), preface, bench.clock, {});
+  Recorder recorder(bench.on_files(60'000), preface, bench.clock, {});
   for (std::uint32_t i = 0; i < 20'000; ++i) {
     bench.clock.advance(std::chrono::milliseconds(1));
     recorder.bus().received(frame(i * 2654435761U % 0x700, bench.clock.now()));
@@ -182,7 +183,7 @@ TEST(Recorder, BeginsAnotherFileWhenOneIsLargeAndEachIsWholeByItself) {
   std::uint64_t frames = 0;
   int files = 0;
   for (;; ++files) {
-    const fs::path file = bench.folder / "rec" / ("recording_0001_0" + std::to_string(files) + ".mcap");
+    const fs::path file = bench.folder / "rec" / fmt::format("recording_0001_{:02}.mcap", files);
     if (!fs::exists(file)) break;
     recording::McapReader reader(file);
     EXPECT_TRUE(reader.has_end());
@@ -194,7 +195,7 @@ TEST(Recorder, BeginsAnotherFileWhenOneIsLargeAndEachIsWholeByItself) {
   EXPECT_GT(files, 2);
   EXPECT_EQ(frames, 20'000U);
   // The next one writes over none of them.
-  Recorder next(bench.on_files(20'000), preface, bench.clock, {});
+  Recorder next(bench.on_files(60'000), preface, bench.clock, {});
   EXPECT_EQ(next.tape()->file().filename(), "recording_0002_00.mcap");
 }
 
