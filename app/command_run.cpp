@@ -22,6 +22,7 @@
 #include "app/live_session.h"
 #include "app/local_socket.h"
 #include "app/output_folder.h"
+#include "app/run_recorder.h"
 #include "app/safety_report.h"
 #include "app/service_manager.h"
 #include "hal/clock.h"
@@ -35,8 +36,8 @@ namespace headway::app {
 namespace {
 
 struct Options {
-  std::filesystem::path robot, out;
-  std::string bus, left, right, socket;
+  std::filesystem::path robot, out, record;
+  std::string bus, left, right, socket, black_box;
   std::vector<double> goal, floor{20, 20};
   double slower = 1;
 };
@@ -244,12 +245,17 @@ int run(Options options) {
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
   const auto adapter = serve(wire, robot.loops.real_time);
   const auto camera = open_cameras(hardware, robot.rig, clock);
-  runtime::StereoEyes eyes(*camera, robot.rig, robot.vision);
-  LiveSession session(robot, live_options(options, hardware, *wire.bus, clock), *wire.bus, eyes, clock);
+  LiveOptions live = live_options(options, hardware, *wire.bus, clock);
+  RunRecorder recorder({options.record, options.black_box}, robot, live, clock);
+  live.recorder = recorder.get();
+  Taps taps(live.recorder);
+  runtime::StereoEyes eyes(taps.camera(*camera), robot.rig, robot.vision);
+  LiveSession session(robot, live, *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);
   const auto listener = listen(options, log);
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
+  recorder.start();
   session.start();
   for (const std::string& refusal :
        {memory_refusal, adapter ? adapter->refusal() : std::string(), session.refusal()})
@@ -262,6 +268,7 @@ int run(Options options) {
     if (session.look(status)) log.see(status);
     for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
     log.see(session.loops().bus_health(), session.loops().bus_missed());
+    recorder.tell([&](const std::string& news) { log.say("{}", news); });
     // Who gave the goal at the start waits for its end; else more may come.
     over = !options.goal.empty() && (status.state == runtime::MissionState::kArrived ||
                                      status.state == runtime::MissionState::kStopped);
@@ -274,14 +281,18 @@ int run(Options options) {
     const bool hung = hanging.has_value();
     hanging = session.hanging(clock.now());
     if (hanging && !hung) log.say("{}", *hanging);
+    if (hanging && !hung) recorder.fault(*hanging);
     if (!hanging) service.alive(hal::MonotonicClock().now());
     if (adapter && adapter->ended()) failure = "the CAN adapter: " + adapter->failure();
     clock.sleep_until(clock.now() + seconds(0.02));
   }
   service.stopping();
   if (interrupts.asked()) log.say("asked to end: comes to rest");
+  if (failure) recorder.fault(*failure);
   const bool rests = session.stop();
   for (runtime::SafetyChange change; session.look(change);) log.see(change.safety);
+  recorder.stop();
+  recorder.tell([&](const std::string& news) { log.say("{}", news); });
   if (failure) log.say("a loop broke: {}", *failure);
   log.say("{}", rests ? "stands"
                       : "it is not known whether the robot stands: the control computer does not say so");
@@ -325,6 +336,12 @@ void add_run(CLI::App& app, Run& run_command) {
   command->add_option("--out", options->out, kOutHelp);
   command->add_option("--socket", options->socket,
                       "Where it listens to 'headway status', 'go' and 'stay', in place of the usual place");
+  command->add_option("--record", options->record,
+                      "Folder for a recording (.mcap) of all that happens, for 'headway replay'");
+  command->add_option(
+      "--black-box", options->black_box,
+      "Folder for what was recorded of the half minute before a fault, or 'off'; default: the "
+      "robot file's");
   command
       ->add_option("--slower", options->slower,
                    "The clock runs so many times slower than real: for a simulated robot only")

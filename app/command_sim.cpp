@@ -9,11 +9,14 @@
 #include "app/finite_range.h"
 #include "app/map_file.h"
 #include "app/odometry_options.h"
+#include "app/recording_preface.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
 #include "app/sim_session.h"
 #include "app/world_map.h"
+#include "hal/clock.h"
 #include "hal/error.h"
+#include "runtime/recorder.h"
 #include "sim_hal/fault_file.h"
 
 namespace headway::app {
@@ -21,7 +24,7 @@ namespace headway::app {
 namespace {
 
 struct Options {
-  std::filesystem::path world, map, faults, out, robot = default_robot_file();
+  std::filesystem::path world, map, faults, out, record, robot = default_robot_file();
   std::vector<double> goal;
   std::string matcher, execution;
   std::optional<double> step_over;
@@ -51,8 +54,7 @@ void require_outside(const std::filesystem::path& map, const std::filesystem::pa
                     map.string()));
 }
 
-void set_up_in(const std::filesystem::path& file, SimSession& session) {
-  const nav::SavedMap known = read_saved(file);
+void set_up_in(const std::filesystem::path& file, const nav::SavedMap& known, SimSession& session) {
   try {
     session.restore(known);
   } catch (const InputError& fault) {
@@ -61,6 +63,15 @@ void set_up_in(const std::filesystem::path& file, SimSession& session) {
   if (known.surfaces.voxels() == 0)
     fmt::print("{}: has no surfaces to align views with; the robot is taken to stand just where it began\n",
                file.string());
+}
+
+/// What could not be recorded is an error: a recording was asked for.
+void end(runtime::Recorder& recorder) {
+  recorder.stop();
+  std::string fault;
+  if (recorder.news(fault)) throw Error(fault);
+  fmt::print("{}: {:.1f} MiB\n", recorder.tape()->file().string(),
+             static_cast<double>(recorder.tape()->bytes()) / (1 << 20));
 }
 
 int run(const Options& options) {
@@ -87,8 +98,20 @@ int run(const Options& options) {
     if (options.goal.size() == 3) sim.goal->yaw = options.goal[2] * std::numbers::pi / 180;
   }
   if (!options.map.empty()) require_outside(options.map, options.out);
+  std::optional<nav::SavedMap> known;
+  if (!options.map.empty()) known = read_saved(options.map);
+  hal::MonotonicClock clock;
+  std::unique_ptr<runtime::Recorder> recorder;
+  if (!options.record.empty()) {
+    runtime::Preface preface = recording_preface(robot, loop_setup(robot, world, sim), "sim");
+    if (known) known = keep_known_map(*known, preface);
+    runtime::RecorderConfig config;
+    config.files.emplace().folder = options.record;
+    recorder = std::make_unique<runtime::Recorder>(config, preface, clock, Time{});
+    sim.recorder = recorder.get();
+  }
   SimSession session(robot, world, sim);
-  if (!options.map.empty()) set_up_in(options.map, session);
+  if (known) set_up_in(options.map, *known, session);
   OutputFolder out(options.out, "sim", SimOutputs::kNames);
   SimOutputs outputs(session);
   Progress progress(world.name);
@@ -100,6 +123,7 @@ int run(const Options& options) {
                               (base.position() - session.goal().position).norm()));
   });
   const SimOutcome outcome = session.run();
+  if (recorder) end(*recorder);
   outputs.write(outcome, out);
   fmt::print("{}\n", out.list());
   const auto& counts = session.mission().counters();
@@ -131,6 +155,8 @@ void add_sim(CLI::App& app, Run& run_command) {
       "--map", options->map,
       "What the robot knows already: a map that an earlier run saved (.hmap, or .bt, .ot). It "
       "finds its place there, and steps nowhere before it has looked again");
+  command->add_option("--record", options->record,
+                      "Folder for a recording (.mcap) of all that happens, for 'headway replay'");
   command->add_flag("--near", options->near,
                     "Where no way leads to the goal, walk to the reachable place nearest to it");
   command

@@ -37,6 +37,8 @@ void add_doctor(CLI::App& app, Run& run);
 void add_node(CLI::App& app, Run& run);
 void add_can(CLI::App& app, Run& run);
 void add_camera(CLI::App& app, Run& run);
+void add_record(CLI::App& app, Run& run);
+void add_replay(CLI::App& app, Run& run);
 
 /// Parses, runs and turns errors into exit codes; the body of main().
 int run_program(int argc, const char* const* argv);

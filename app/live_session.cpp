@@ -7,22 +7,13 @@
 
 #include "app/leave_head.h"
 #include "app/loop_configs.h"
+#include "app/loop_setup.h"
 #include "hal/error.h"
 #include "hal/on_floor.h"
 
 namespace headway::app {
 
 namespace {
-
-Robot with_map(Robot robot, const LiveOptions& options) {
-  const Eigen::Vector2d half = options.floor / 2, at = options.start.position();
-  nav::VoxelMapConfig& box = robot.mapper.voxels;
-  const double margin = robot.map_margin;
-  box.lowest = {at.x() - half.x() - margin, at.y() - half.y() - margin, robot.map_height.x()};
-  box.highest = {at.x() + half.x() + margin, at.y() + half.y() + margin, robot.map_height.y()};
-  box.validate();
-  return robot;
-}
 
 void check(const nav::Goal& goal, const LiveOptions& options) {
   const Eigen::Vector2d off = (goal.position - options.start.position()).cwiseAbs();
@@ -81,21 +72,26 @@ const char* text_of(hal::WalkerHealth health) {
 
 LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
                          runtime::Eyes& eyes, hal::Clock& clock)
-    : robot_(with_map(robot, options)),
+    : robot_(with(loop_setup(robot, options), robot)),
       options_(options),
-      bus_(bus),
       clock_(clock),
-      head_(bus, head_config(robot_)),
-      walker_(bus),
+      taps_(options.recorder),
+      bus_(taps_.bus(bus, clock)),
+      head_(bus_, head_config(robot_)),
+      walker_(bus_),
       links_(std::make_unique<runtime::Links>()),
       mapper_(robot_.mapper, options.start),
       mission_(robot_.mission, mapper_.floor().grid),
-      bus_loop_(bus_config(robot_, options.start), bus, head_, walker_, *links_),
-      frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_, clock),
+      bus_loop_(bus_config(robot_, options.start), bus_, head_, walker_, *links_),
+      frames_(frame_config(robot_, options.frame_rate), eyes, mapper_, mission_, *links_,
+              taps_.stopwatch(clock)),
       loops_(robot_.loops, clock, bus_loop_, frames_, *links_) {
   loops_.on_update([this] { report(); });
+  frames_.observe([this](const runtime::FrameSnapshot& snapshot) { taps_.see(snapshot); });
+  taps_.watch(bus_loop_, frames_);
   if (!options.goal) return;
   check(*options.goal, options);
+  taps_.set(*options.goal, clock.now());
   mission_.set_goal(*options.goal);
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/robot_file.h"
+#include "app/taps.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
 #include "hal/exchange.h"
@@ -25,7 +26,8 @@ struct LiveOptions {
   Pose2 start;                    ///< where the robot stands in its odometry frame, which the map begins as
   Eigen::Vector2d floor{20, 20};  ///< size of the floor in use around the start [m]
   std::optional<nav::Goal> goal;
-  double frame_rate = 15;  ///< of the cameras [Hz]
+  double frame_rate = 15;                 ///< of the cameras [Hz]
+  runtime::Recorder* recorder = nullptr;  ///< writes down what happens; null: nobody does
 };
 
 const char* text_of(hal::HeadHealth health);
@@ -94,8 +96,9 @@ class LiveSession {
 
   Robot robot_;
   LiveOptions options_;
-  hal::CanBus& bus_;
   hal::Clock& clock_;
+  Taps taps_;
+  hal::CanBus& bus_;
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;

@@ -70,6 +70,8 @@ int run_program(int argc, const char* const* argv) {
   add_node(program, run);
   add_can(program, run);
   add_camera(program, run);
+  add_record(program, run);
+  add_replay(program, run);
   try {
     return run_chosen(program, run, argc, argv);
   } catch (const InputError& e) {

@@ -292,6 +292,14 @@ void read_hardware(const Section& hardware, double fastest, HardwareConfig& conf
   if (const auto cameras = hardware.section_if("cameras")) read_cameras(*cameras, config);
 }
 
+void read_recording(const Section& runtime, RecordingConfig& config) {
+  config.black_box = runtime.text_or("black_box", config.black_box);
+  config.black_box_bytes = static_cast<std::size_t>(runtime.integer_or("black_box_mb", 64, {4, 4096, "MiB"}))
+                           << 20;
+  config.file_bytes =
+      static_cast<std::uint64_t>(runtime.integer_or("record_file_mb", 1024, {1, 1 << 20, "MiB"})) << 20;
+}
+
 /// Trunk and arms as one box, from the neck down to what no longer counts as floor.
 nav::BodyBox whole_body(const Section& neck, const Robot& robot) {
   const nav::BodyOutline& outline = robot.mission.outline;
@@ -349,12 +357,14 @@ void step_over(double height, Robot& robot) {
   if (height > 0) highest = std::max(highest, height + 2 * robot.mapper.voxels.resolution);
 }
 
-Robot read_robot(const std::filesystem::path& file) {
+Robot read_robot(const std::filesystem::path& file, const std::optional<std::filesystem::path>& other_rig) {
   require_kind(file, FileKind::kRobot);
   const Section section = Section::load(file, "robot");
   Robot robot;
   robot.name = section.text("name");
-  const std::filesystem::path rig = section.path("rig");
+  const std::filesystem::path named = section.path("rig"), rig = other_rig.value_or(named);
+  robot.file = file;
+  robot.rig_path = rig;
   std::error_code ec;
   if (!std::filesystem::exists(rig, ec))
     section.fail("rig",
@@ -372,10 +382,13 @@ Robot read_robot(const std::filesystem::path& file) {
   read_planner(section.section("planner"), robot.mission.planner);
   const auto field = read_mission(section.section("mission"), robot);
   read_simulation(section.section("simulation"), robot.simulation);
-  if (const auto loops = section.section_if("runtime")) read_runtime(*loops, robot.loops);
   robot.hardware.place = file.string();
   if (const auto hardware = section.section_if("hardware"))
     read_hardware(*hardware, robot.mission.head.velocity, robot.hardware);
+  if (const auto runtime = section.section_if("runtime")) {
+    read_runtime(*runtime, robot.loops);
+    read_recording(*runtime, robot.recording);
+  }
   robot.mapper.integration.own_body = own_body(section, robot);
   step_over(robot.mission.gait.over.height, robot);
   section.finish();

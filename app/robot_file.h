@@ -44,9 +44,18 @@ struct HardwareConfig {
   drivers::HomingConfig homing;                                        ///< of the head's drives
 };
 
+/// How `headway run` records.
+struct RecordingConfig {
+  std::string black_box;                                ///< folder, or "off"; empty: the program chooses
+  std::size_t black_box_bytes = std::size_t{64} << 20;  ///< three quarters of it for pictures
+  std::uint64_t file_bytes = std::uint64_t{1} << 30;    ///< of a recording, until the next file begins
+};
+
 struct Robot {
   std::string name;
+  std::filesystem::path file, rig_path;  ///< what it was read from
   HardwareConfig hardware;
+  RecordingConfig recording;
   vision::StereoRig rig;
   vision::VisionConfig vision;
   Duration camera_time_offset{};  ///< added to the camera's stamps, to come to the bus's time
@@ -71,6 +80,7 @@ std::filesystem::path default_robot_file();
 void step_over(double height, Robot& robot);
 
 /// Throws InputError `file:line: key: what, expected what`.
-Robot read_robot(const std::filesystem::path& file);
+/// `rig`: in place of the one that the file names.
+Robot read_robot(const std::filesystem::path& file, const std::optional<std::filesystem::path>& rig = {});
 
 }  // namespace headway::app

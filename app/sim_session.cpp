@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/loop_configs.h"
+#include "app/loop_setup.h"
 #include "app/simulated_robot.h"
 #include "app/world_map.h"
 #include "hal/error.h"
@@ -17,12 +18,6 @@
 namespace headway::app {
 
 namespace {
-
-Robot with_map_for(Robot robot, const sim::World& world) {
-  robot.mapper.voxels = map_box(robot, world);
-  robot.mapper.voxels.validate();
-  return robot;
-}
 
 bool on_floor(const sim::World& world, const Eigen::Vector2d& p) {
   const Eigen::Vector2d d = (p - world.floor.centre).cwiseAbs();
@@ -64,17 +59,6 @@ nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions&
   return goal;
 }
 
-/// Eyes without a matcher err otherwise.
-runtime::FrameLoopConfig frame_config(const Robot& robot, const SimOptions& options) {
-  runtime::FrameLoopConfig config = frame_config(robot, robot.simulation.frame_rate);
-  config.localisation.use &= options.localise;
-  if (options.range_mode) {
-    config.localisation.localise.shift_sigma = robot.simulation.depth_shift_sigma;
-    config.localisation.localise.turn_sigma = robot.simulation.depth_turn_sigma;
-  }
-  return config;
-}
-
 DemandConfig demands(const Robot& robot) {
   DemandConfig config{.steps = robot.steps, .step = robot.mission.gait.step_duration};
   if (robot.mission.gait.over.height > 0)
@@ -82,30 +66,31 @@ DemandConfig demands(const Robot& robot) {
   return config;
 }
 
-runtime::MissionConfig mission_config(const Robot& robot, const SimOptions& options) {
-  runtime::MissionConfig config = robot.mission;
-  config.replan = options.replan;
-  return config;
+Robot set_up(const Robot& robot, const sim::World& world, const SimOptions& options) {
+  return with(loop_setup(robot, world, options), robot);
 }
 
 }  // namespace
 
 SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOptions& options)
-    : robot_(with_map_for(robot, world)),
+    : robot_(set_up(robot, world, options)),
       goal_(goal_of(robot, world, options)),
       options_(options),
       scene_(world),
       body_(simulated_robot(robot_, options), world.start),
-      head_(body_.bus(), head_config(robot_)),
-      walker_(body_.bus()),
+      taps_(options.recorder),
+      bus_(taps_.bus(body_.bus(), clock_)),
+      head_(bus_, head_config(robot_)),
+      walker_(bus_),
       links_(std::make_unique<runtime::Links>()),
       mapper_(robot_.mapper, world.start),
-      mission_(mission_config(robot_, options), mapper_.floor().grid),
-      bus_loop_(bus_config(robot_, world.start), body_.bus(), head_, walker_, *links_),
-      frames_(frame_config(robot_, options), make_eyes(), mapper_, mission_, *links_, stopwatch_),
+      mission_(robot_.mission, mapper_.floor().grid),
+      bus_loop_(bus_config(robot_, world.start), bus_, head_, walker_, *links_),
+      frames_(frame_config(robot_, robot_.simulation.frame_rate), make_eyes(), mapper_, mission_, *links_,
+              taps_.stopwatch(stopwatch_)),
       lockstep_(
-          {sim::SimRobot::kPeriod, robot_.simulation.charge, robot_.loops.missed}, clock_, [this](Time now) { move_world(now); },
-          bus_loop_, frames_),
+          {sim::SimRobot::kPeriod, robot_.simulation.charge, robot_.loops.missed}, clock_,
+          [this](Time now) { move_world(now); }, bus_loop_, frames_),
       onlooker_{[this](const Eigen::Vector3d& p) { return in_sight(p); },
                 robot_.mission.outline.bare().reach(),
                 robot_.mission.gait.forward / to_seconds(robot_.mission.gait.step_duration)},
@@ -124,9 +109,12 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
     precision_.judge(snapshot.stamp.exposure, snapshot.view);
     note_sight(snapshot.stamp.exposure);
     watch(snapshot);
+    taps_.see(snapshot);
     if (observer_) observer_(snapshot);
   });
   if (fault_schedule()) lockstep_.starve([this](Time now) { return starved(now); });
+  taps_.watch(bus_loop_, frames_);
+  taps_.set(goal_, clock_.now());
   mission_.set_goal(goal_);
 }
 
@@ -148,11 +136,12 @@ runtime::Eyes& SimSession::make_eyes() {
     sight_.camera = {model.width, model.height, model.focal, model.cx, model.cy};
     depth_camera_ = std::make_unique<sim::SimDepthCamera>(scene_, clock_, model, fault_schedule());
     eyes_ = std::make_unique<runtime::DepthEyes>(
-        *depth_camera_, depth_eyes(model, rectifier.rectified_from_left().inverse()));
+        taps_.camera(*depth_camera_), depth_eyes(model, rectifier.rectified_from_left().inverse()));
   } else {
     const auto model = simulated_pair(robot_.rig, options_.seed);
     stereo_camera_ = std::make_unique<sim::SimStereoCamera>(scene_, clock_, model, fault_schedule());
-    auto eyes = std::make_unique<runtime::StereoEyes>(*stereo_camera_, robot_.rig, robot_.vision);
+    auto eyes =
+        std::make_unique<runtime::StereoEyes>(taps_.camera(*stereo_camera_), robot_.rig, robot_.vision);
     stereo_eyes_ = eyes.get();
     eyes_ = std::move(eyes);
   }
@@ -214,6 +203,7 @@ void SimSession::note() {
 void SimSession::send_to(const nav::Goal& goal) {
   check_goal(goal, scene_.world(), robot_.mapper.obstacle_heights(), "goal");
   goal_ = goal;
+  taps_.set(goal, clock_.now());
   mission_.set_goal(goal);
   steps_.clear();
   trail_ = {};
@@ -248,6 +238,7 @@ SimOutcome SimSession::run() {
   while (clock_.now() < end) {
     lockstep_.step();
     note();
+    if (options_.recorder) options_.recorder->pump();
     if (body_.fallen()) return judge("fall");
     if (body_.collision()) return judge("collision");
     if (mission_.state() == runtime::MissionState::kArrived) return judge("arrived");

@@ -14,6 +14,7 @@
 #include "app/reaction_check.h"
 #include "app/robot_file.h"
 #include "app/simulated_robot.h"
+#include "app/taps.h"
 #include "drivers/can_walker.h"
 #include "drivers/cia402_head.h"
 #include "runtime/bus_loop.h"
@@ -34,6 +35,7 @@ struct SimOptions : SimulatedRobotOptions {
   std::optional<nav::Goal> goal;    ///< instead of the world's
   bool near = false;                ///< where no way leads to the goal, as near as it gets will do
   Duration longest = seconds(400);  ///< simulated time after which a run is given up
+  runtime::Recorder* recorder = nullptr;  ///< writes down what happens; null: nobody does
 };
 
 /// How near the true base must be to the goal (or to the place nearest to it, when that will do) to have
@@ -143,6 +145,8 @@ class SimSession {
   hal::MonotonicClock stopwatch_;
   sim::Scene scene_;
   sim::SimRobot body_;
+  Taps taps_;
+  hal::CanBus& bus_;
   std::unique_ptr<sim::SimStereoCamera> stereo_camera_;
   std::unique_ptr<sim::SimDepthCamera> depth_camera_;
   std::unique_ptr<runtime::Eyes> eyes_;

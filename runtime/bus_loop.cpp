@@ -195,8 +195,11 @@ void BusLoop::commit_steps(Time now) noexcept {
 /// A step that is handed over may yet be refused; one that has begun is walked.
 void BusLoop::record_steps() noexcept {
   const auto under_way = stack_.executing();
-  while (under_way && recorded_ <= *under_way)
-    links_.steps.push(handed_over_[recorded_++ % handed_over_.size()]);
+  while (under_way && recorded_ <= *under_way) {
+    const StepRecord& step = handed_over_[recorded_++ % handed_over_.size()];
+    links_.steps.push(step);
+    if (observer_) observer_->walked(step);
+  }
 }
 
 void BusLoop::open_next_session() noexcept {
@@ -236,6 +239,7 @@ void BusLoop::report(Time now) noexcept {
   report.safety = safety_.report();
   links_.report.publish(report);
   links_.safety_now.publish(report.safety);
+  if (observer_) observer_->reported(report);
 }
 
 }  // namespace headway::runtime

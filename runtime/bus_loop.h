@@ -9,6 +9,7 @@
 #include "hal/head.h"
 #include "hal/walker.h"
 #include "nav/step_stack.h"
+#include "runtime/bus_observer.h"
 #include "runtime/cycle.h"
 #include "runtime/links.h"
 #include "runtime/operator_lease.h"
@@ -33,6 +34,9 @@ struct BusLoopCounters {
 class BusLoop {
  public:
   BusLoop(const BusLoopConfig& config, hal::CanBus& bus, hal::Head& head, hal::Walker& walker, Links& links);
+
+  /// What it reports is shown to `observer` too, which must outlive this.
+  void show(BusObserver& observer) noexcept { observer_ = &observer; }
 
   /// One cycle at `now`. While too many cycles are missed nothing more is walked.
   void cycle(Time now, CycleHealth health = CycleHealth::kOnTime) noexcept;
@@ -64,6 +68,7 @@ class BusLoop {
   hal::Head& head_;
   hal::Walker& walker_;
   Links& links_;
+  BusObserver* observer_ = nullptr;
   nav::StepStack stack_;
   Watchdogs watchdogs_;
   OperatorLease lease_;

@@ -41,6 +41,8 @@ class FrameBudget {
   explicit FrameBudget(const FrameBudgetConfig& config = {}) : config_(config), calm_(config.calm) {}
 
   FrameLevel level() const { return level_; }
+  /// For work that is done again as it was done once.
+  void fix(FrameLevel level) { level_ = level; }
   /// What there is for a frame.
   Duration time() const { return time_at(level_); }
   /// A frame that follows the last one worked on so soon is left out.

@@ -28,6 +28,13 @@ void FrameLoop::restore(const nav::SavedMap& known) {
 }
 
 bool FrameLoop::work(Time now) {
+  if (intake_) intake_->begins(now, level());
+  const bool ordered = decide(now);
+  if (intake_) intake_->ends(ordered ? &order_ : nullptr, links_.report.value(), waiting_.has_value());
+  return ordered;
+}
+
+bool FrameLoop::decide(Time now) {
   take_samples();
   take_goals();
   take_frame();
@@ -84,15 +91,24 @@ void FrameLoop::rest() {
 
 void FrameLoop::take_samples() {
   hal::ChestSample chest;
-  while (links_.chest.pop(chest)) chest_.add(chest.stamp, chest.odom_from_chest);
+  while (links_.chest.pop(chest)) {
+    chest_.add(chest.stamp, chest.odom_from_chest);
+    if (intake_) intake_->takes(chest);
+  }
   HeadSample head;
-  while (links_.head.pop(head)) head_.add(head.stamp, head.angles);
+  while (links_.head.pop(head)) {
+    head_.add(head.stamp, head.angles);
+    if (intake_) intake_->takes(head);
+  }
   links_.report.update();
 }
 
 void FrameLoop::take_goals() {
   GoalOrder order;
-  while (links_.goals.pop(order)) mission_.set_goal(order.goal, order.after);
+  while (links_.goals.pop(order)) {
+    mission_.set_goal(order.goal, order.after);
+    if (intake_) intake_->takes(order);
+  }
 }
 
 void FrameLoop::take_frame() {

@@ -12,6 +12,7 @@
 #include "nav/levelling.h"
 #include "runtime/eyes.h"
 #include "runtime/frame_budget.h"
+#include "runtime/intake_observer.h"
 #include "runtime/links.h"
 #include "runtime/localisation.h"
 #include "runtime/mapper.h"
@@ -70,6 +71,8 @@ class FrameLoop {
   void restore(const nav::SavedMap& known);
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
+  /// All that work() takes in from now on is shown to `intake`, which must outlive this.
+  void show(IntakeObserver& intake) { intake_ = &intake; }
 
   /// Works on the newest frame whose pose is known. True when there is an order to publish: of a frame, or
   /// for want of frames.
@@ -85,6 +88,8 @@ class FrameLoop {
   const FrameLoopCounters& counters() const { return counters_; }
   const StageTimes& times() const { return times_; }
   FrameLevel level() const { return budget_.level(); }
+  /// As FrameBudget::fix().
+  void fix_level(FrameLevel level) { budget_.fix(level); }
   const Localisation& localisation() const { return localisation_; }
   const nav::Levelling& levelling() const { return levelling_; }
 
@@ -93,6 +98,7 @@ class FrameLoop {
     Eigen::Isometry3d odom_from_chest;
     hal::HeadAngles head;
   };
+  bool decide(Time now);
   void take_samples();
   void take_goals();
   void take_frame();
@@ -110,6 +116,7 @@ class FrameLoop {
   Links& links_;
   const hal::Clock& stopwatch_;
   FrameObserver observer_;
+  IntakeObserver* intake_ = nullptr;
   nav::Levelling levelling_;
   Localisation localisation_;
   Glance glance_;

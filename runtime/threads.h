@@ -19,13 +19,14 @@ struct ThreadKind {
   const char* does;
 };
 
-enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames, kPictures };
+enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames, kPictures, kRecord };
 
-inline constexpr std::array<ThreadKind, 4> kThreads{{
+inline constexpr std::array<ThreadKind, 5> kThreads{{
     {"headway-bus", 70, "the bus cycle: CAN in and out, head set-points, committed steps"},
     {"headway-adapter", 60, "what a CAN adapter on USB or a serial line needs: events, reopening"},
     {"headway-frames", 0, "the work between two frames: cameras, map, floor, plan"},
     {"headway-picture", 0, "what the simulated robot's cameras see"},
+    {"headway-record", 0, "the recording and the black box: from the loops' queues to the disk"},
 }};
 constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
 constexpr int highest_priority() {

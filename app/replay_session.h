@@ -1,0 +1,48 @@
+// The frame loop's work done again from a recording, by all that the recording was made with.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/recording_preface.h"
+#include "runtime/eyes.h"
+#include "runtime/replay.h"
+
+namespace headway::app {
+
+class ReplaySession {
+ public:
+  /// `first`: the first file of a recording. Throws as recorded_setup.
+  explicit ReplaySession(recording::McapReader& first);
+
+  /// Goes through one file; the parts of a recording in their order. Throws InputError for a file without
+  /// messages, or with such that are none.
+  void run(recording::McapReader& part);
+
+  const runtime::ReplayResult& result() const { return replay_->result(); }
+  const runtime::Mapper& mapper() const { return mapper_; }
+  const runtime::FrameLoop& frame_loop() const { return frames_; }
+  const LoopSetup& setup() const { return setup_.setup; }
+  const Robot& robot() const { return setup_.robot; }
+
+ private:
+  runtime::Eyes& make_eyes();
+
+  RecordedSetup setup_;
+  runtime::OfferedStereoCamera stereo_;
+  runtime::OfferedDepthCamera depth_;
+  runtime::RecordedStopwatch stopwatch_;
+  std::unique_ptr<runtime::Eyes> eyes_;
+  std::unique_ptr<runtime::Links> links_;
+  runtime::Mapper mapper_;
+  runtime::Mission mission_;
+  runtime::FrameLoop frames_;
+  std::unique_ptr<runtime::Replay> replay_;
+};
+
+/// The same recording's parts in their order: FILE_00.mcap, FILE_01.mcap, ... for the first of them; else the
+/// file alone.
+std::vector<std::filesystem::path> parts_of(const std::filesystem::path& file);
+
+}  // namespace headway::app
