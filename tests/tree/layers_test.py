@@ -38,7 +38,7 @@ LIBRARIES = {
     "threads": ["thread", "mutex", "shared_mutex", "atomic", "condition_variable", "future", "semaphore", "latch",
                 "barrier", "stop_token", "pthread.h", "sched.h", "execution"],
     "files": ["fstream"],
-    "system": ["fcntl.h", "unistd.h", "poll.h", "termios.h", "signal.h", "dlfcn.h", "netdb.h", "errno.h", "time.h",
+    "system": ["fcntl.h", "unistd.h", "poll.h", "termios.h", "signal.h", "dlfcn.h", "netdb.h", "errno.h", "time.h", "malloc.h",
                "csignal", "sys/*", "linux/*", "net/*", "netinet/*", "arpa/*"],
     "intrinsics": ["immintrin.h", "x86intrin.h", "arm_neon.h"],
 }
