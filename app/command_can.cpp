@@ -181,7 +181,7 @@ bool dump_log(const DumpOptions& options, Printer& printer) {
   if (bad == 0) return true;
   if (printer.printed() == 0) throw InputError(told.front());
   for (const std::string& what : told) fmt::print(stderr, "{}\n", what);
-  fmt::print(stderr, "{} lines that are no frames were passed over\n", bad);
+  fmt::print(stderr, "lines that are no frames, passed over: {}\n", bad);
   return false;
 }
 

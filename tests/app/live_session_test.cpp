@@ -1,8 +1,10 @@
 // The program on threads and a real clock (a fast one), and the simulated robot moving by the same clock.
 #include "app/live_session.h"
 
+#include <array>
 #include <atomic>
 #include <functional>
+#include <span>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -131,6 +133,14 @@ TEST(LiveSessionSlow, ComesToRestBeforeItEnds) {
   ASSERT_TRUE(bench.until_under_way());
   EXPECT_TRUE(bench.session.stop());
   bench.expect_rest_on_the_way();
+  // Nor do the head's drives miss it: a second later none has sent an emergency.
+  std::array<hal::CanFrame, 32> frames;
+  for (const Time end = bench.clock.now() + seconds(1); bench.clock.now() < end;) {
+    const std::size_t count = bench.wires.receive(frames);
+    for (const hal::CanFrame& frame : std::span(frames).first(count))
+      EXPECT_TRUE(frame.id != 0x091 && frame.id != 0x092);
+    bench.clock.sleep_until(bench.clock.now() + seconds(0.005));
+  }
 }
 
 TEST(LiveSessionSlow, ComesToRestWhenTheFrameLoopBreaks) {
