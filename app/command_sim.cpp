@@ -65,8 +65,7 @@ void set_up_in(const std::filesystem::path& file, const nav::SavedMap& known, Si
 }
 
 /// What could not be recorded is an error: a recording was asked for.
-void end(runtime::Recorder& recorder) {
-  recorder.stop();
+void tell_of(runtime::Recorder& recorder) {
   std::string fault;
   if (recorder.news(fault)) throw Error(fault);
   fmt::print("{}: {:.1f} MiB\n", recorder.tape()->file().string(),
@@ -120,7 +119,7 @@ int run(const Options& options) {
                               (base.position() - session.goal().position).norm()));
   });
   const SimOutcome outcome = session.run();
-  if (recorder) end(*recorder);
+  if (recorder) recorder->stop();
   outputs.write(outcome, out);
   fmt::print("{}\n", out.list());
   const auto& counts = session.mission().counters();
@@ -131,6 +130,7 @@ int run(const Options& options) {
     fmt::print("with --near the robot walks to the reachable place nearest to the goal\n");
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
+  if (recorder) tell_of(*recorder);
   return outcome.arrived ? kSuccess : kNotReached;
 }
 
