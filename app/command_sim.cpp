@@ -66,8 +66,7 @@ void set_up_in(const std::filesystem::path& file, const nav::SavedMap& known, Si
 }
 
 /// What could not be recorded is an error: a recording was asked for.
-void end(runtime::Recorder& recorder) {
-  recorder.stop();
+void tell_of(runtime::Recorder& recorder) {
   std::string fault;
   if (recorder.news(fault)) throw Error(fault);
   fmt::print("{}: {:.1f} MiB\n", recorder.tape()->file().string(),
@@ -123,7 +122,7 @@ int run(const Options& options) {
                               (base.position() - session.goal().position).norm()));
   });
   const SimOutcome outcome = session.run();
-  if (recorder) end(*recorder);
+  if (recorder) recorder->stop();
   outputs.write(outcome, out);
   fmt::print("{}\n", out.list());
   const auto& counts = session.mission().counters();
@@ -135,6 +134,7 @@ int run(const Options& options) {
   if (!sim.faults.empty()) fmt::print("{}", fault_lines(session.faults()));
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
+  if (recorder) tell_of(*recorder);
   return outcome.arrived ? kSuccess : kNotReached;
 }
 

@@ -43,11 +43,10 @@ function fromStart(bytes) {
   reader.append(bytes);
   const topics = new Topics();
   const channels = new Map(), schemas = new Map();
-  const out = { attachments: [], metadata: [], chunks: 0, done: false };
+  const out = { attachments: [], metadata: [], done: false };
   for (let record = reader.nextRecord(); record; record = reader.nextRecord()) {
     if (record.type === 'Schema') schemas.set(record.id, record);
     if (record.type === 'Channel') channels.set(record.id, record);
-    if (record.type === 'Chunk') ++out.chunks;
     if (record.type === 'Attachment') out.attachments.push({ name: record.name, bytes: record.data.length });
     if (record.type === 'Metadata') out.metadata.push(record.name);
     if (record.type === 'Message') {
