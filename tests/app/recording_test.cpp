@@ -270,13 +270,14 @@ TEST(Recording, ThatIsNotToBeWrittenIsSaidBeforeTheRun) {
                    {"file/rec", "cannot be made"}));
 }
 
-/// Runs the program in a process of its own; `also` is done there first.
+/// Runs the program in a process of its own, what it says in FOLDER/said; `also` is done there first.
 template <class Also>
-pid_t fork_headway(const std::vector<std::string>& arguments, Also&& also) {
+pid_t fork_headway(const fs::path& folder, const std::vector<std::string>& arguments, Also&& also) {
   const pid_t child = fork();
   if (child != 0) return child;
   also();
-  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)) _exit(99);
+  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen((folder / "said").c_str(), "w", stderr))
+    _exit(99);
   std::vector<const char*> argv{"headway"};
   for (const std::string& a : arguments) argv.push_back(a.c_str());
   _exit(run_program(static_cast<int>(argv.size()), argv.data()));
@@ -284,7 +285,8 @@ pid_t fork_headway(const std::vector<std::string>& arguments, Also&& also) {
 
 TEST(Recording, OnADiskThatFillsUpTheRunEndsWithOneErrorAndTheFileIsWhole) {
   const TemporaryFolder folder;
-  const pid_t child = fork_headway({"sim", world("moving_box"), "--range", "--longest", "20", "--out",
+  const pid_t child = fork_headway(folder.path(),
+                                   {"sim", world("moving_box"), "--range", "--longest", "20", "--out",
                                     (folder / "out").string(), "--record", (folder / "rec").string()},
                                    [] {
                                      const rlimit limit{3'000'000, 3'000'000};
@@ -295,6 +297,7 @@ TEST(Recording, OnADiskThatFillsUpTheRunEndsWithOneErrorAndTheFileIsWhole) {
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_GE(WEXITSTATUS(status), kBadInput);  // the other files of the run meet the limit too
+  ASSERT_TRUE(fs::exists(folder / "rec/recording_0001_00.mcap")) << read_text(folder / "said");
   recording::McapReader reader(folder / "rec/recording_0001_00.mcap");
   const RecordingInfo info = inspect(reader);
   EXPECT_GT(info.last, at_seconds(0.5));
@@ -307,7 +310,8 @@ void kill_and_look(int times, unsigned seed) {
   int ended = 0, recordings = 0, maps = 0;
   for (int i = 0; i < times; ++i) {
     const TemporaryFolder folder;
-    const pid_t child = fork_headway({"sim", world("moving_box"), "--range", "--longest", "30", "--out",
+    const pid_t child = fork_headway(folder.path(),
+                                     {"sim", world("moving_box"), "--range", "--longest", "30", "--out",
                                       (folder / "out").string(), "--record", (folder / "rec").string()},
                                      [] {});
     std::this_thread::sleep_for(std::chrono::milliseconds(50 + dice() % 4000));
