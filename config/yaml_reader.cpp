@@ -207,8 +207,9 @@ std::string Section::choice(std::string_view key, const std::vector<std::string>
   std::string value = text(key);
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   const std::string meant = meant_by(value, allowed);
-  fail(key, fmt::format("'{}', expected one of: {}{}", value, fmt::join(allowed, ", "),
-                        meant.empty() ? "" : fmt::format("; did you mean '{}'?", meant)));
+  fail(key, fmt::format("'{}'{}, expected one of: {}", value,
+                        meant.empty() ? "" : fmt::format(" (did you mean '{}'?)", meant),
+                        fmt::join(allowed, ", ")));
 }
 
 std::string Section::choice_or(std::string_view key, std::string_view fallback,

@@ -132,11 +132,10 @@ TEST(FaultCampaign, NamesEachFaultAndIsTheSameOnEveryRun) {
 }
 
 TEST(FaultCampaign, EndsWhenTheRobotStandsAndWaits) {
-  Robot robot = hrp2();
-  robot.mission.longest_blind = seconds(1000);
   SimSession session(
-      robot, corridor(),
-      with({{.kind = FaultKind::kSwapped, .after = FaultClock::kFirstStep, .length = seconds(300)}}));
+      hrp2(), corridor(),
+      with(
+          {{.kind = FaultKind::kStarvedFrameLoop, .after = FaultClock::kFirstStep, .length = seconds(300)}}));
   const SimOutcome outcome = session.run();
   EXPECT_EQ(outcome.end, "stopped");
   EXPECT_NE(outcome.reason.find("has stood for 30 s"), std::string::npos) << outcome.reason;

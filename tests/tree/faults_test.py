@@ -47,6 +47,10 @@ class Faults(unittest.TestCase):
             self.assertTrue(body, kind)
             self.assertRegex(body[1], rf"\b{value}\b", f"{kind}::{value}")
 
+    def test_only_tables_of_proofs_are_read(self):
+        text = "| fault | proven by |\n|---|---|\n| a | `A.B` |\n\n| kind | keys |\n|---|---|\n| c | d |\n"
+        self.assertEqual(rows_with_proof(text), ["| a | `A.B` |"])
+
     def test_an_unknown_test_is_found(self):
         self.assertEqual(tests_in("TEST(A, B) {\nRC_GTEST_PROP(C,\n              D, ()) {"), {"A.B", "C.D"})
 
