@@ -25,7 +25,8 @@ bool has_terminal() {
 }
 
 Interrupts::Interrupts(bool terminal) {
-  asked_to_end = asked_to_read_again = 0;
+  asked_to_end = 0;
+  asked_to_read_again = 0;
   struct sigaction action {};
   action.sa_handler = take;
   action.sa_flags = static_cast<int>(SA_RESETHAND);

@@ -7,7 +7,7 @@
 
 #include "app/frames_report.h"
 #include "app/safety_report.h"
-#include "config/spelling.h"
+#include "config/yaml_limits.h"
 #include "hal/error.h"
 
 namespace headway::app {
@@ -215,7 +215,7 @@ std::string answer(std::string_view question, LiveSession& session, const LiveSt
     done["ok"] = true;
     return said(done);
   } catch (const std::exception& fault) {
-    return said({{"ok", false}, {"error", config::one_line(fault.what())}});
+    return said(Json{{"ok", false}, {"error", config::one_line(fault.what())}});
   }
 }
 

@@ -59,7 +59,7 @@ int bind_to(int socket, const sockaddr_un& address) {
   return ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address);
 }
 
-bool is_socket(const std::filesystem::path& path) {
+bool is_socket_file(const std::filesystem::path& path) {
   struct stat file {};
   return ::lstat(path.c_str(), &file) == 0 && S_ISSOCK(file.st_mode);
 }
@@ -67,7 +67,7 @@ bool is_socket(const std::filesystem::path& path) {
 /// Whether the file is a socket that nobody listens at any more.
 bool left_behind(const std::filesystem::path& path, const sockaddr_un& address) {
   const Socket probe(SOCK_NONBLOCK);
-  return is_socket(path) && connect_to(probe.get(), address) != 0 && errno == ECONNREFUSED;
+  return is_socket_file(path) && connect_to(probe.get(), address) != 0 && errno == ECONNREFUSED;
 }
 
 std::optional<std::string> variable(const char* name) {
@@ -178,7 +178,7 @@ bool LocalServer::attend(Client& client, const std::function<std::string(std::st
 bool listens(const std::filesystem::path& path) {
   const Socket probe(SOCK_NONBLOCK);
   // EAGAIN: as many wait as may.
-  return is_socket(path) && (connect_to(probe.get(), address_of(path)) == 0 || errno == EAGAIN);
+  return is_socket_file(path) && (connect_to(probe.get(), address_of(path)) == 0 || errno == EAGAIN);
 }
 
 std::string ask(const std::filesystem::path& path, std::string_view line, Duration longest) {
