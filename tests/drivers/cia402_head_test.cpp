@@ -365,13 +365,6 @@ TEST_F(RunningHead, FaultsOnAnEmergencyAndStaysSoUntilRecovered) {
   EXPECT_TRUE(bench.start());
 }
 
-TEST_F(RunningHead, SetsADriveUpAgainThatSaysThatItHasMissedOurHeartbeat) {
-  bench.pan.emergency(0x8130, bench.now);
-  bench.cycle();
-  fault_and_check(DriveFailure::kGone);
-  EXPECT_TRUE(bench.start());
-}
-
 TEST_F(RunningHead, DoesNotMindTheEmergencyThatSaysAllIsWell) {
   bench.pan.emergency(0, bench.now);
   bench.run(milliseconds(50));
