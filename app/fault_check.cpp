@@ -137,7 +137,7 @@ Demand blind(Duration step, const DemandConfig& config) {
 Demand refused(Duration step, const DemandConfig& config) {
   const Duration window = config.steps.commit_from - config.steps.commit_by;
   const Duration answered = step + window + 3 * kStatus + 2 * kCycle;
-  return {Demand::Answer::kStop, answered, answered};
+  return {Demand::Answer::kStop, answered, std::nullopt};
 }
 
 Demand unheard(const DemandConfig& config) {
@@ -148,7 +148,7 @@ Demand unheard(const DemandConfig& config) {
 /// What it asks for if it lasts for ever.
 std::optional<Demand> lasting(const sim::Fault& fault, Duration remaining, const DemandConfig& config) {
   const Duration step = std::max(config.step, remaining);
-  const Demand degrade{Demand::Answer::kDegrade, kPositionAway + kStatus + 2 * kCycle, {}};
+  const Demand degrade{Demand::Answer::kDegrade, kPositionAway + kStatus + 2 * kCycle, std::nullopt};
   const bool late = fault.delay > config.steps.status_timeout;
   switch (fault.kind) {
     case kFrameLoss:
@@ -174,7 +174,8 @@ std::optional<Demand> lasting(const sim::Fault& fault, Duration remaining, const
       return unheard(config);
     case kRestartControl: {
       Demand demand = unheard(config);
-      demand.within = demand.last_step = demand.within + kStatus;
+      demand.within += kStatus;
+      demand.last_step = demand.within;
       return demand;
     }
     case kRejectingControl:
@@ -233,8 +234,7 @@ void FaultCheck::watch(Row& row, Time now, const ProgramSigns& signs) {
   const bool committed = signs.committed.session == last_.committed.session
                              ? signs.committed.next_index > last_.committed.next_index
                              : signs.committed.next_index > 0;
-  if (row.demand->answer == Demand::Answer::kStop && !row.ended && committed &&
-      now > *row.begun + row.demand->last_step)
+  if (row.demand->last_step && !row.ended && committed && now > *row.begun + *row.demand->last_step)
     ++row.late_steps;
 }
 

@@ -36,8 +36,9 @@ struct Demand {
     kStop,     ///< no more steps are committed
     kDegrade,  ///< the head is not called ready any more
   } answer = Answer::kStop;
-  Duration within{};     ///< after it begins, it is answered
-  Duration last_step{};  ///< after it begins, no step is committed any more (with kStop)
+  Duration within{};  ///< after it begins, it is answered
+  /// After it begins, no step is committed any more while it lasts. Nothing: a walk may be tried again.
+  std::optional<Duration> last_step{};
 };
 
 struct DemandConfig {

@@ -17,7 +17,7 @@ class Lockstep {
   struct Config {
     Duration period = seconds(0.005);  ///< of the bus loop
     StageTimes charge;                 ///< what each stage of a frame costs on the robot
-    CycleLimits missed;                ///< cycles of the bus loop that are borne
+    CycleLimits missed{};              ///< cycles of the bus loop that are borne
   };
   /// `world` moves everything outside the program to a time.
   Lockstep(const Config& config, hal::ManualClock& clock, std::function<void(Time)> world, BusLoop& bus,

@@ -160,6 +160,19 @@ TEST_F(SimulatedRobot, LooksWhereItIsToldAndReportsWhereItLooks) {
   EXPECT_NEAR(robot.head().tilt, 0.3, 2e-3);
 }
 
+TEST_F(SimulatedRobot, HasItsHeadBackThatHasMissedOurHeartbeatOnceItIsRecovered) {
+  ASSERT_TRUE(ready());
+  for (const Time end = now + seconds(1); now < end;) {
+    now += sim::SimRobot::kPeriod;
+    robot.step(now);  // and nobody looks at the bus
+  }
+  ASSERT_TRUE(until([&] { return head.state().health != HeadHealth::kReady; }, 0.1));
+  EXPECT_EQ(head.pan().emergency_code, 0x8130);
+  EXPECT_FALSE(until([&] { return head.state().health == HeadHealth::kReady; }, 3)) << "unasked";
+  head.recover();
+  EXPECT_TRUE(ready());
+}
+
 TEST_F(SimulatedRobot, NeverTurnsBeyondItsLimits) {
   ASSERT_TRUE(ready());
   for (const hal::HeadAngles far : {hal::HeadAngles{3, 3}, hal::HeadAngles{-3, -3}}) {

@@ -47,17 +47,22 @@ class BusCycle : public testing::Test {
     using sim::FaultKind;
     sim::RobotConfig config;
     config.frame_rate = 0;
-    config.faults = {{FaultKind::kDropFrames, seconds(8), seconds(2), sim::kAnyId, {}},
-                     {FaultKind::kRebootPan, seconds(16), seconds(0), 0, {}},
-                     {FaultKind::kSilentControl, seconds(22), seconds(0.5), 0, {}},
-                     {FaultKind::kBusOff, seconds(30), seconds(0.5), 0, {}},
-                     {FaultKind::kCorruptFrames, seconds(36), seconds(0.2), sim::kAnyId, {}}};
+    config.faults = {{.kind = FaultKind::kCanLoss, .begin = seconds(8), .length = seconds(2)},
+                     {.kind = FaultKind::kRebootPan, .begin = seconds(16)},
+                     {.kind = FaultKind::kSilentControl, .begin = seconds(22), .length = seconds(0.5)},
+                     {.kind = FaultKind::kBusOff, .begin = seconds(30), .length = seconds(0.5)},
+                     {.kind = FaultKind::kCanCorruption, .begin = seconds(36), .length = seconds(0.2)}};
     return config;
   }
 
-  /// Twenty straight steps from the first that is not committed, and another look.
+  /// Twenty straight steps from the first that is not committed, and another look; from somebody who looks
+  /// at faults and gives the goal anew.
   void order() {
     links.report.update();
+    if (links.report.value().head.health == hal::HeadHealth::kFault) {
+      ++word.resets;
+      links.operator_word.publish(word);
+    }
     const nav::Committed& c = links.report.value().committed;
     MotionOrder order;
     order.walk = MotionOrder::Walk::kPlan;
@@ -97,6 +102,7 @@ class BusCycle : public testing::Test {
   }
 
   Time now{};
+  OperatorWord word;
   sim::SimRobot robot{with_faults(), Pose2{}};
   MeddledHead head{robot.bus()};
   drivers::CanWalker walker{robot.bus()};
