@@ -77,10 +77,34 @@ RC_GTEST_PROP(RecordedValues, AReportComesBackToTheLastBit, (std::uint64_t seed)
 /// A replay gives the frame loop only what a recording holds: a field more here is a field more there, in
 /// recorded_messages.h and recorded_values.cpp; then these sizes change.
 TEST(RecordedValues, KnowEveryFieldOfWhatCrossesTheLinks) {
-  EXPECT_EQ(sizeof(BusReport), 2120U);
-  EXPECT_EQ(sizeof(MotionOrder), 6200U);
+  EXPECT_EQ(sizeof(BusReport), 2240U);
+  EXPECT_EQ(sizeof(MotionOrder), 6224U);
   EXPECT_EQ(sizeof(hal::ChestSample), 144U);
   EXPECT_EQ(sizeof(HeadSample), 24U);
+}
+
+TEST(RecordedValues, WhatSafetyRestsUponComesBack) {
+  BusReport report;
+  report.safety.state = SafetyState::kSafeStop;
+  report.safety.event = SafetyEvent::kLost;
+  report.safety.source = SafetySource::kDrives;
+  report.safety.stops = 7;
+  report.safety.sources[2].level = SourceLevel::kLost;
+  const SafetyReport back = from_recorded(to_recorded(report)).safety;
+  EXPECT_EQ(back.state, report.safety.state);
+  EXPECT_EQ(back.stops, 7U);
+  EXPECT_EQ(describe(back), describe(report.safety));
+  MotionOrder order;
+  order.seen = Time(Duration(9));
+  order.goal = true;
+  order.goal_after = 7;
+  const recorded::MotionOrder kept = to_recorded(order);
+  EXPECT_EQ(kept.seen_ns, 9);
+  EXPECT_TRUE(kept.goal);
+  EXPECT_EQ(kept.goal_after, 7U);
+  const GoalOrder goal{{{1, 2}, 0.5}, 3};
+  EXPECT_EQ(from_recorded(to_recorded(goal)).after, 3U);
+  EXPECT_EQ(from_recorded(to_recorded(goal)).goal.yaw, 0.5);
 }
 
 RC_GTEST_PROP(RecordedValues, SamplesComeBackToTheLastBit, (double a, double b, double c)) {

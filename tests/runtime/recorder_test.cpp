@@ -218,7 +218,7 @@ TEST(Recorder, KeepsPicturesBeforeTheWorkThatTookThem) {
   picture.width = picture.height = 8;
   picture.depth.assign(64, 1.5F);
   for (std::uint64_t i = 0; i < 50; ++i) {
-    tap.begins(at_seconds(0.1 * static_cast<double>(i)));
+    tap.begins(at_seconds(0.1 * static_cast<double>(i)), FrameLevel::kFull);
     picture.sequence = i;
     tap.took(picture);
     tap.ends(nullptr, {}, true);
@@ -241,7 +241,7 @@ TEST(Recorder, LeavesOutWorksThatChangedNothing) {
   Recorder recorder(bench.on_disk_of_memory(), {}, bench.clock, {});
   FrameTap& tap = recorder.frames();
   const auto work = [&](bool takes, bool waits) {
-    tap.begins(bench.clock.now());
+    tap.begins(bench.clock.now(), FrameLevel::kFull);
     if (takes) tap.takes(HeadSample{});
     tap.ends(nullptr, {}, waits);
   };
@@ -309,7 +309,7 @@ struct BoxBench : Bench {
       if (i % 20 == 0) {
         hal::StereoFrame pair;
         pair.left = pair.right = {40, 30, std::vector<std::uint8_t>(1200)};
-        recorder.frames().begins(clock.now());
+        recorder.frames().begins(clock.now(), FrameLevel::kFull);
         recorder.frames().took(pair);
         recorder.frames().ends(nullptr, {}, true);
       }
