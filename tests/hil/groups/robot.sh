@@ -21,7 +21,7 @@ say "the simulated robot stands in its room"
 "$build/headway" node "$robot" --world tests/hil/robot_world.yaml --bus socketcan:vcan0 --left "$wires/left" --right "$wires/right" \
   --camera-delay "$delay" --slower "$slower" >/tmp/node.log 2>&1 &
 node=$!
-candump -n 1 -T 20000 vcan0,130:7FF >/tmp/heard
+candump -n 1 -T 60000 vcan0,130:7FF >/tmp/heard
 grep -q . /tmp/heard || fail "no status of the control computer: $(cat /tmp/node.log)"
 
 say "headway run looks around and walks it to the goal"
