@@ -219,23 +219,23 @@ FaultCheck::FaultCheck(const sim::FaultPlan& plan, const DemandConfig& config) :
 void FaultCheck::begin(Row& row, Time at) {
   row.begun = at;
   row.walking = !last_.committed.at_rest && !last_.committed.stopping && !last_.braking;
-  row.demand = demand_of(row.fault, last_.phase_remaining, config_);
-  if (row.demand && row.demand->answer == Demand::Answer::kStop && !row.walking) row.demand.reset();
+  const auto demand = demand_of(row.fault, last_.phase_remaining, config_);
+  if (!demand) return;
+  row.last_step = demand->last_step;
+  if (row.walking || demand->answer == Demand::Answer::kDegrade) row.demand = demand;
 }
 
 void FaultCheck::watch(Row& row, Time now, const ProgramSigns& signs) {
   if (!row.noticed)
     if (std::string what = sign_of(concern_of(row.fault.kind), last_, signs); !what.empty())
       row.noticed = {now, std::move(what)};
-  if (!row.demand) return;
-  if (!row.answered)
+  if (row.demand && !row.answered)
     if (std::string what = answer_of(row.demand->answer, signs); !what.empty())
       row.answered = {now, std::move(what)};
   const bool committed = signs.committed.session == last_.committed.session
                              ? signs.committed.next_index > last_.committed.next_index
                              : signs.committed.next_index > 0;
-  if (row.demand->last_step && !row.ended && committed && now > *row.begun + *row.demand->last_step)
-    ++row.late_steps;
+  if (row.last_step && !row.ended && committed && now > *row.begun + *row.last_step) ++row.late_steps;
 }
 
 void FaultCheck::look(Time now, const sim::FaultSchedule& schedule, const ProgramSigns& signs) {

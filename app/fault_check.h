@@ -58,12 +58,13 @@ class FaultCheck {
   };
   struct Row {
     sim::Fault fault;
-    std::optional<Time> begun, ended;  ///< nothing: the run was over
-    bool walking = false;              ///< as it began: the robot was under way, and more steps might follow
-    std::optional<Sign> noticed;       ///< the first count or state that tells of such faults
-    std::optional<Demand> demand;      ///< nothing: none needed
-    std::optional<Sign> answered;      ///< as demanded
-    int late_steps = 0;                ///< committed while it was on, and later than demanded
+    std::optional<Time> begun, ended;   ///< nothing: the run was over
+    bool walking = false;               ///< as it began: the robot was under way, and more steps might follow
+    std::optional<Sign> noticed;        ///< the first count or state that tells of such faults
+    std::optional<Demand> demand;       ///< nothing: none needed
+    std::optional<Sign> answered;       ///< as demanded
+    std::optional<Duration> last_step;  ///< as Demand's; a robot that stood must not set off later either
+    int late_steps = 0;                 ///< committed while it was on, and later than demanded
   };
 
   FaultCheck(const sim::FaultPlan& plan, const DemandConfig& config);

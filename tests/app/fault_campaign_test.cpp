@@ -208,10 +208,22 @@ RC_GTEST_PROP(FaultCheck, MeasuresTheTimeFromTheBeginningToTheStop, ()) {
 
 TEST(FaultCheck, AsksNothingOfARobotThatStands) {
   Stubborn program(lasting(FaultKind::kBusOff));
-  program.signs.committed.at_rest = true;
+  program.signs.committed.at_rest = program.signs.committed.stopping = true;
   const FaultCheck::Row row = program.run();
   EXPECT_FALSE(row.demand);
   EXPECT_FALSE(is_late(row));
+  EXPECT_EQ(row.late_steps, 0);
+}
+
+TEST(FaultCheck, CountsTheStepsOfARobotThatSetsOffBlind) {
+  Stubborn program(lasting(FaultKind::kDark));
+  program.signs.committed.at_rest = true;
+  const FaultCheck::Row row = program.run();
+  EXPECT_FALSE(row.demand);
+  EXPECT_GE(row.late_steps, 3);
+  FaultTotals totals;
+  totals.add(program.check);
+  EXPECT_FALSE(totals.good());
 }
 
 TEST(FaultCheck, AsksNothingOfFaultsTooShortToMatter) {
