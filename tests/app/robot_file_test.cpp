@@ -175,6 +175,25 @@ TEST(RobotFile, NamesLineKeyAndRemedyOfHardwareThatCannotBe) {
       EXPECT_THAT(fault_of_hardware(c.lines), HasSubstr(part)) << c.lines;
 }
 
+TEST(RobotFile, SaysHowUrgentTheLoopsAreAndHowManyCyclesMayBeMissed) {
+  using Want = runtime::RealTime::Want;
+  const runtime::LiveConfig plain = read_robot(kRobot).loops;
+  EXPECT_EQ(plain.real_time.want, Want::kTry);
+  EXPECT_FALSE(plain.real_time.bus_processor);
+  EXPECT_EQ(plain.missed.most_missed, runtime::CycleLimits{}.most_missed);
+  EXPECT_EQ(plain.missed.within, runtime::CycleLimits{}.within);
+  const TemporaryFolder folder;
+  write_changed(folder.path(), "runtime:", "real_time:", "real_time: enforce\n  bus_processor: 3");
+  const runtime::LiveConfig strict = read_robot(folder / "robot.yaml").loops;
+  EXPECT_EQ(strict.real_time.want, Want::kEnforce);
+  EXPECT_EQ(strict.real_time.bus_processor, 3);
+  EXPECT_THAT(fault_of("runtime:", "real_time:", "real_time: maybe"),
+              HasSubstr("runtime.real_time: 'maybe', expected one of: enforce"));
+  EXPECT_THAT(fault_of("runtime:", "most_missed:", "most_missed: 256"), HasSubstr("runtime.most_missed"));
+  EXPECT_THAT(fault_of("runtime:", "missed_within_seconds:", "missed_within_seconds: 0"),
+              HasSubstr("runtime.missed_within_seconds"));
+}
+
 TEST(RobotFile, SaysHowOdometryDrifts) {
   const runtime::LocalisationConfig localisation = read_robot(kRobot).localisation;
   EXPECT_TRUE(localisation.use);
