@@ -92,6 +92,8 @@ TEST(LocalSocket, NeverWaitsForWhoDoesNotReadAndHangsUpWhenTooMuchWaits) {
   Bench bench;
   const Client deaf(bench.path), other(bench.path);
   const auto much = [](std::string_view) { return std::string(5000, 'y'); };
+  bench.server.serve(much);
+  ASSERT_EQ(bench.server.clients(), 2u);
   for (int i = 0; i < 1000 && bench.server.clients() == 2; ++i) {
     deaf.say("?\n");
     bench.server.serve(much);

@@ -156,8 +156,9 @@ TEST(RobotFile, NamesLineKeyAndRemedyOfHardwareThatCannotBe) {
            {"  bus: can0\n", {"1: hardware.bus: 'can0', expected one like socketcan:can0 or gs_usb:"}},
            {"  bus: 'socketcan:'\n", {"1: hardware.bus: 'socketcan:', expected one like"}},
            {eyes + "format: GRAY\n",
-            {"4: hardware.cameras.format: 'GRAY', expected one of: GREY, Y16, YUYV, NV12, MJPG"}},
-           {eyes + "format: Z16\n", {"4: hardware.cameras.format: 'Z16', expected one of"}},
+            {"4: hardware.cameras.format: 'GRAY' (did you mean 'GREY'?), expected one of: GREY, Y16, YUYV, "
+             "NV12, MJPG"}},
+           {eyes + "format: Z16\n", {"4: hardware.cameras.format: 'Z16'", "expected one of"}},
            {eyes + "right: /dev/video0\n", {"4: hardware.cameras.right: ", "expected a device for each"}},
            {eyes + "exposure: 8\n",
             {"4: hardware.cameras.exposure: is not a key here, did you mean 'exposure_ms'?"}},

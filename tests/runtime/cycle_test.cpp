@@ -108,7 +108,7 @@ TEST(Cycle, IsOnTimeAgainAfterTheWindow) {
   EXPECT_EQ(rounds.go(), CycleHealth::kLate) << "19 were missed";
   EXPECT_EQ(rounds.go(22 * kPeriod), CycleHealth::kLate);
   EXPECT_EQ(rounds.go(), CycleHealth::kFailing);
-  while (rounds.cycle.due() < at_seconds(1.18)) EXPECT_NE(rounds.go(), CycleHealth::kOnTime);
+  while (rounds.cycle.due() < at_seconds(1.185)) EXPECT_NE(rounds.go(), CycleHealth::kOnTime);
   EXPECT_EQ(rounds.go(), CycleHealth::kOnTime);
 }
 

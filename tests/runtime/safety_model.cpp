@@ -52,7 +52,8 @@ bool SafetyModel::all_fine(const Moment& moment) const {
 
 Moment SafetyModel::cycle(const Moment& before, const Happening& happening) {
   Moment after = before;
-  if (happening.change) after.level[happening.change->first] = happening.change->second;
+  for (const auto& change : {happening.change, happening.another})
+    if (change) after.level[change->first] = change->second;
   using Word = Happening::Goal;
   if (happening.goal == Word::kWithdrawn) after.goal = Goal::kNone;
   if (happening.goal == Word::kGiven) after.goal = Goal::kValid;

@@ -37,7 +37,7 @@ struct Happening {
   bool reset = false, fault = false, stop = false;
   enum class Goal : std::uint8_t { kKept, kWithdrawn, kGiven, kGivenTooLate } goal = Goal::kKept;
   enum class Walk : std::uint8_t { kNothing, kLands, kCommits } walk = Walk::kNothing;
-  std::optional<std::pair<std::size_t, std::uint8_t>> change{};  ///< of a source, to a level
+  std::optional<std::pair<std::size_t, std::uint8_t>> change{}, another{};  ///< of a source, to a level
 };
 
 class SafetyModel {

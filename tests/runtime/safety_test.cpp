@@ -59,15 +59,20 @@ std::vector<Happening> one_by_one(std::span<const ModelSource> sources) {
   return all;
 }
 
-/// Any of them in one cycle.
+/// Any of them in one cycle, and two sources at once.
 std::vector<Happening> all_at_once(std::span<const ModelSource> sources) {
   std::vector<Happening> all;
-  for (const auto& change : changes(sources))
-    for (int flags = 0; flags < 8; ++flags)
-      for (int goal = 0; goal < 4; ++goal)
-        for (int walk = 0; walk < 3; ++walk)
-          all.push_back({(flags & 1) != 0, (flags & 2) != 0, (flags & 4) != 0,
-                         static_cast<Happening::Goal>(goal), static_cast<Happening::Walk>(walk), change});
+  const auto each = changes(sources);
+  for (const auto& change : each)
+    for (const auto& another : each) {
+      if (another && (!change || another->first <= change->first)) continue;
+      for (int flags = 0; flags < 8; ++flags)
+        for (int goal = 0; goal < 4; ++goal)
+          for (int walk = 0; walk < 3; ++walk)
+            all.push_back({(flags & 1) != 0, (flags & 2) != 0, (flags & 4) != 0,
+                           static_cast<Happening::Goal>(goal), static_cast<Happening::Walk>(walk), change,
+                           another});
+    }
   return all;
 }
 

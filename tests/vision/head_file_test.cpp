@@ -82,7 +82,7 @@ TEST(CameraHead, SaysWhatIsWrongAndWhere) {
               HasSubstr("head.yaml:14: rigs[0].right: puts the right camera to the left"));
   EXPECT_THAT(message_of("field_deg: 90", "field_deg: 190"),
               HasSubstr("head.yaml:12: cameras[3].field_deg: '190'"));
-  EXPECT_THAT(message_of("down_deg: 10", "down: 10"), HasSubstr("the key 'down_deg' is missing"));
+  EXPECT_THAT(message_of("down_deg: 10", "down: 10"), HasSubstr("did you mean 'down_deg'?"));
   EXPECT_THAT(message_of("nearest: 0.8", "nearest: 0.1"),
               HasSubstr("head.yaml:14: rigs[0].nearest: 0.1 m: images"));
   EXPECT_THAT(message_of("size: [340, 480]", "size: [340.5, 480]"),
