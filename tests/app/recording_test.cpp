@@ -304,7 +304,8 @@ TEST(Recording, OnADiskThatFillsUpTheRunEndsWithOneErrorAndTheFileIsWhole) {
   EXPECT_GT(info.topics.size(), 5U);
 }
 
-/// Kills recorded runs at random moments, and looks at what they leave.
+/// Kills recorded runs at random moments, and looks at what they leave. The moments are real time, for
+/// a kill comes from outside whatever clock the program goes by: nothing is expected of how far it has come.
 void kill_and_look(int times, unsigned seed) {
   std::mt19937 dice(seed);
   int ended = 0, recordings = 0, maps = 0;
