@@ -30,6 +30,7 @@
 #include "nav/cold_map_file.h"
 #include "runtime/durable_file.h"
 #include "runtime/real_time.h"
+#include "runtime/second_processor.h"
 
 namespace headway::app {
 
@@ -249,7 +250,8 @@ int run(Options options) {
   RunRecorder recorder({options.record, options.black_box}, robot, live, clock);
   live.recorder = recorder.get();
   Taps taps(live.recorder);
-  runtime::StereoEyes eyes(taps.camera(*camera), robot.rig, robot.vision);
+  runtime::SecondProcessor second;
+  runtime::StereoEyes eyes(taps.camera(*camera), robot.rig, robot.vision, second);
   LiveSession session(robot, live, *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);

@@ -10,6 +10,7 @@
 #include "hal/camera.h"
 #include "hal/clock.h"
 #include "runtime/frame_loop.h"
+#include "runtime/second_processor.h"
 
 namespace headway::bench {
 
@@ -18,6 +19,7 @@ struct FrameSide {
   FrameSide(const app::Robot& robot, const Pose2& start, hal::StereoCamera& camera, double frame_rate);
 
   hal::MonotonicClock stopwatch;
+  runtime::SecondProcessor second;
   runtime::StereoEyes eyes;
   std::unique_ptr<runtime::Links> links;
   runtime::Mapper mapper;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "hal/camera.h"
+#include "hal/two_processors.h"
 #include "vision/stereo.h"
 #include "vision/triangulation.h"
 
@@ -52,8 +53,9 @@ inline const std::string kFrozen = "the picture is the one before again: the cam
 /// much less sure.
 class StereoEyes final : public Eyes {
  public:
-  StereoEyes(hal::StereoCamera& camera, const vision::StereoRig& rig, const vision::VisionConfig& config)
-      : camera_(camera), whole_(rig, config), half_(rig, halved(config)) {}
+  StereoEyes(hal::StereoCamera& camera, const vision::StereoRig& rig, const vision::VisionConfig& config,
+             hal::TwoProcessors& processors = hal::one_processor())
+      : camera_(camera), whole_(rig, config, processors), half_(rig, halved(config), processors) {}
 
   std::optional<FrameStamp> take() override {
     if (!camera_.take_newest(next_)) return std::nullopt;

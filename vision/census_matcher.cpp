@@ -51,15 +51,15 @@ SgmSearch search_in(const hal::GrayImage& image, DisparityRange range, bool bord
 
 }  // namespace
 
-CensusMatcher::CensusMatcher(DisparityRange range, const CensusConfig& config)
-    : range_(range), config_(config) {
+CensusMatcher::CensusMatcher(DisparityRange range, const CensusConfig& config, hal::TwoProcessors& processors)
+    : range_(range), config_(config), processors_(processors) {
   check(range, config);
 }
 
 void CensusMatcher::match(const hal::GrayImage& left, const hal::GrayImage& right, DisparityImage& out) {
   out.resize(left.width, left.height);
   if (!complete(left) || !complete(right) || left.width != right.width || left.height != right.height) return;
-  sgm_.match(search_in(left, range_, config_.borders), config_.penalties, left, right, found_);
+  sgm_.match(search_in(left, range_, config_.borders), config_.penalties, left, right, processors_, found_);
   smooth_.resize(found_.disparity.size());
   median_3x3(left.width, left.height, found_.disparity.data(), smooth_.data());
   for (std::size_t i = 0; i < smooth_.size(); ++i)

@@ -3,6 +3,7 @@
 // a row off; and it says of each match how clearly it won.
 #pragma once
 
+#include "hal/two_processors.h"
 #include "vision/disparity_filters.h"
 #include "vision/matcher.h"
 #include "vision/rectified_rig.h"
@@ -23,11 +24,13 @@ struct CensusConfig {
   bool borders = true;
 };
 
-/// Takes memory when the images' size changes, never between. One thread; the same bytes on every processor.
+/// Takes memory when the images' size changes, never between. The same bytes on every processor, and on one
+/// or two.
 class CensusMatcher final : public Matcher {
  public:
   /// Throws InputError unless `range.count` is a multiple of 16 up to 256 and the configuration makes sense.
-  explicit CensusMatcher(DisparityRange range, const CensusConfig& config = {});
+  explicit CensusMatcher(DisparityRange range, const CensusConfig& config = {},
+                         hal::TwoProcessors& processors = hal::one_processor());
 
   void match(const hal::GrayImage& left, const hal::GrayImage& right, DisparityImage& out) override;
 
@@ -37,6 +40,7 @@ class CensusMatcher final : public Matcher {
 
   DisparityRange range_;
   CensusConfig config_;
+  hal::TwoProcessors& processors_;
   Sgm sgm_;
   SgmResult found_;
   std::vector<std::int16_t> smooth_;

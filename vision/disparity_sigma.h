@@ -24,7 +24,8 @@ struct SigmaModel {
   double jump = 2;  ///< [px] disparity step that separates surfaces
 };
 
-/// Fills `disparity.sigma` (NaN where there is no match), from `disparity.doubt` where there is one.
+/// Fills `disparity.sigma` (NaN where there is no match), from `disparity.doubt` where there is one. The
+/// same bytes on every processor.
 void estimate_sigma(const SigmaModel& model, DisparityImage& disparity);
 
 }  // namespace headway::vision

@@ -8,7 +8,8 @@
 
 namespace headway::vision {
 
-std::unique_ptr<Matcher> make_matcher(DisparityRange range, const MatcherConfig& config) {
+std::unique_ptr<Matcher> make_matcher(DisparityRange range, const MatcherConfig& config,
+                                      hal::TwoProcessors& processors) {
   switch (config.kind) {
     case MatcherKind::kSgbm:
       return std::make_unique<SgbmMatcher>(range, config.sgbm);
@@ -17,7 +18,7 @@ std::unique_ptr<Matcher> make_matcher(DisparityRange range, const MatcherConfig&
     case MatcherKind::kCensus:
       break;
   }
-  return std::make_unique<CensusMatcher>(range, config.census);
+  return std::make_unique<CensusMatcher>(range, config.census, processors);
 }
 
 const std::vector<std::string>& matcher_names() {

@@ -24,8 +24,10 @@ struct MatcherConfig {
   BmConfig bm;
 };
 
-/// Throws InputError where the chosen matcher refuses its configuration.
-std::unique_ptr<Matcher> make_matcher(DisparityRange range, const MatcherConfig& config);
+/// Throws InputError where the chosen matcher refuses its configuration. The processors, which must outlive
+/// it, are for those that can divide their work; what they find is the same.
+std::unique_ptr<Matcher> make_matcher(DisparityRange range, const MatcherConfig& config,
+                                      hal::TwoProcessors& processors = hal::one_processor());
 
 /// Their names in files and on the command line, in the order of MatcherKind: "census", "sgbm", "bm".
 const std::vector<std::string>& matcher_names();

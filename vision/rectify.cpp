@@ -170,7 +170,7 @@ bool Rectifier::accepts(const hal::GrayImage& left, const hal::GrayImage& right)
 }
 
 void Rectifier::rectify(const hal::GrayImage& left, const hal::GrayImage& right, hal::GrayImage& left_out,
-                        hal::GrayImage& right_out) const {
+                        hal::GrayImage& right_out, hal::TwoProcessors& processors) const {
   if (passes_through()) {
     left_out = left, right_out = right;
     return;
@@ -180,8 +180,8 @@ void Rectifier::rectify(const hal::GrayImage& left, const hal::GrayImage& right,
     cv::Mat result = as_mat(out);
     cv::remap(as_mat(in), result, side.xy, side.fraction, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   };
-  look_up(left, tables_->left, left_out);
-  look_up(right, tables_->right, right_out);
+  processors.both([&] { look_up(left, tables_->left, left_out); },
+                  [&] { look_up(right, tables_->right, right_out); });
 }
 
 }  // namespace headway::vision

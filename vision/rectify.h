@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "hal/frame.h"
+#include "hal/two_processors.h"
 #include "vision/rectified_rig.h"
 #include "vision/rig.h"
 
@@ -41,7 +42,7 @@ class Rectifier {
   bool accepts(const hal::GrayImage& left, const hal::GrayImage& right) const;
   /// Writes both rectified images. Call only with images that it accepts.
   void rectify(const hal::GrayImage& left, const hal::GrayImage& right, hal::GrayImage& left_out,
-               hal::GrayImage& right_out) const;
+               hal::GrayImage& right_out, hal::TwoProcessors& processors = hal::one_processor()) const;
 
  private:
   struct Tables;

@@ -236,10 +236,11 @@ struct RowPath {
 
 /// A path across the rows, in memory, lowered by its minimum. Returns the costs before that.
 template <int kBlocks>
-HWY_INLINE Pixel<kBlocks> step_in_memory(std::uint8_t* state, const Pixel<kBlocks>& c, V p1, V p2) {
+HWY_INLINE Pixel<kBlocks> step_in_memory(const std::uint8_t* before, std::uint8_t* state,
+                                         const Pixel<kBlocks>& c, V p1, V p2) {
   Pixel<kBlocks> out;
   for (int i = 0; i < c.kVectors; ++i) {
-    const std::uint8_t* s = state + i * kLanes;
+    const std::uint8_t* s = before + i * kLanes;
     const V beside = hn::SaturatedAdd(hn::Min(hn::LoadU(d, s - 1), hn::LoadU(d, s + 1)), p1);
     out.v[i] = hn::Add(hn::Min(hn::Min(hn::Load(d, s), beside), p2), c.v[i]);
   }
@@ -252,18 +253,18 @@ HWY_INLINE V jump_between(const SgmFacts& f, std::uint8_t one, std::uint8_t othe
   return set(f.p2[std::size_t{255} + one - other]);
 }
 
-template <int kBlocks>
-HWY_INLINE std::uint8_t* state_at(std::uint8_t* state, int x) {
+template <int kBlocks, class Byte>
+HWY_INLINE Byte* state_at(Byte* state, int x) {
   return state + static_cast<std::size_t>(x) * (kBlocks * kBlock + kStateMargin) + kStateMargin;
 }
 
 template <int kBlocks>
-void vertical(const SgmFacts& f, const SgmRowInput& row, std::uint8_t* state) {
+void vertical(const SgmFacts& f, const SgmRowInput& row, const std::uint8_t* before, std::uint8_t* state) {
   const V p1 = set(f.p1);
   const Costs<kBlocks> costs(f, row);
   const int end = f.end_column;
   for (int x = f.first_column; x < end; ++x)
-    step_in_memory(state_at<kBlocks>(state, x), costs.at(x), p1,
+    step_in_memory(state_at<kBlocks>(before, x), state_at<kBlocks>(state, x), costs.at(x), p1,
                    jump_between(f, row.grey[x], row.grey_before[x]));
 }
 
@@ -278,8 +279,8 @@ void forward(const SgmFacts& f, const SgmRowInput& row, std::uint8_t* state, std
   for (int x = f.first_column; x < end; ++x) {
     const Pixel<kBlocks> c = found.at(x);
     path.step(c, p1, jump_between(f, row.grey[x], row.grey[HWY_MAX(x - 1, 0)]));
-    Pixel<kBlocks> sum =
-        step_in_memory(state_at<kBlocks>(state, x), c, p1, jump_between(f, row.grey[x], row.grey_before[x]));
+    std::uint8_t* const down = state_at<kBlocks>(state, x);
+    Pixel<kBlocks> sum = step_in_memory(down, down, c, p1, jump_between(f, row.grey[x], row.grey_before[x]));
     for (int i = 0; i < c.kVectors; ++i) sum.v[i] = hn::SaturatedAdd(sum.v[i], path.costs.v[i]);
     const std::size_t at = static_cast<std::size_t>(x) * kBlocks * kBlock;
     store(c, costs + at);
@@ -340,8 +341,9 @@ void backward(const SgmFacts& f, const SgmRowInput& row, std::uint8_t* state, co
     path.step(c, p1, jump_between(f, row.grey[x], row.grey[HWY_MIN(x + 1, f.width - 1)]));
     for (int i = 0; i < c.kVectors; ++i) sum.v[i] = hn::SaturatedAdd(sum.v[i], path.costs.v[i]);
     if constexpr (kUp) {
-      const Pixel<kBlocks> up = step_in_memory(state_at<kBlocks>(state, x), c, p1,
-                                               jump_between(f, row.grey[x], row.grey_before[x]));
+      std::uint8_t* const at_x = state_at<kBlocks>(state, x);
+      const Pixel<kBlocks> up =
+          step_in_memory(at_x, at_x, c, p1, jump_between(f, row.grey[x], row.grey_before[x]));
       for (int i = 0; i < c.kVectors; ++i) sum.v[i] = hn::SaturatedAdd(sum.v[i], up.v[i]);
     }
     store(sum, sums + at);

@@ -52,14 +52,15 @@ inline std::size_t state_size(const SgmFacts& f) {
 }
 
 struct SgmKernels {
-  /// Cost and vertical path only. `state` is the path's state at the row before, and becomes that of this
-  /// row.
-  void (*vertical)(const SgmFacts&, const SgmRowInput&, std::uint8_t* state);
-  /// From left to right: cost, left path, vertical path. `costs` and `sums` take `padded` bytes per column.
+  /// Cost and vertical path only: from the path's state at the row before to that of this row. Both may be
+  /// one.
+  void (*vertical)(const SgmFacts&, const SgmRowInput&, const std::uint8_t* before, std::uint8_t* state);
+  /// From left to right: cost, left path, vertical path. `state` is the latter's at the row before, and
+  /// becomes that of this row. `costs` and `sums` take `padded` bytes per column.
   void (*forward)(const SgmFacts&, const SgmRowInput&, std::uint8_t* state, std::uint8_t* costs,
                   std::uint8_t* sums);
-  /// From right to left: right path, vertical path from below (unless `state` is null), and the winners of
-  /// both images.
+  /// From right to left: right path, vertical path from the other side (unless `state` is null), and the
+  /// winners of both images.
   void (*backward)(const SgmFacts&, const SgmRowInput&, std::uint8_t* state, const std::uint8_t* costs,
                    std::uint8_t* sums, const SgmRowOutput&);
 };

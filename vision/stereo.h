@@ -6,6 +6,7 @@
 #include <string>
 
 #include "hal/frame.h"
+#include "hal/two_processors.h"
 #include "vision/disparity_sigma.h"
 #include "vision/doubt.h"
 #include "vision/match_weight.h"
@@ -37,8 +38,10 @@ struct VisionConfig {
 /// with `left_from_rectified` to come to the raw left camera's.
 class StereoVision {
  public:
-  /// Throws InputError for an unusable rig or configuration.
-  explicit StereoVision(const StereoRig& rig, const VisionConfig& config = {});
+  /// Throws InputError for an unusable rig or configuration. The processors must outlive it; what is seen is
+  /// the same on one and on two.
+  explicit StereoVision(const StereoRig& rig, const VisionConfig& config = {},
+                        hal::TwoProcessors& processors = hal::one_processor());
 
   /// What the pair shows. The view stays valid until the next call. A pair that cannot be used (wrong size)
   /// gives a view without points, and `fault` says why; never throws because of an image. Beyond `farthest`
@@ -65,8 +68,10 @@ class StereoVision {
 
  private:
   bool usable(const hal::StereoFrame& frame);
-  void find_disparities(const hal::StereoFrame& frame);
+  void find_points(const hal::StereoFrame& frame);
+  void weigh_matches();
 
+  hal::TwoProcessors& processors_;
   Rectifier rectifier_;
   DoubtModel doubt_;
   SigmaModel sigma_;

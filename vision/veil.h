@@ -22,7 +22,7 @@ struct VeilFilter {
 
 /// Drops from `view` the points whose disparity lies on a slope too steep for a surface, along rows or
 /// columns. Both have one size; `disparity` is not changed. Without its sigma, what is torn is told from
-/// missing pixels alone.
+/// missing pixels alone. The same bytes on every processor.
 void drop_veils(const DisparityImage& disparity, const VeilFilter& filter, RangeView& view);
 
 }  // namespace headway::vision

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "tests/every_target.h"
+#include "tests/vision/any_disparities.h"
 
 namespace headway::vision {
 namespace {
@@ -59,19 +59,6 @@ TEST(Doubt, IsEmptyWhereTheMatcherTellsNoAmbiguity) {
   EXPECT_TRUE(image.doubt.empty());
 }
 
-DisparityImage any_image(std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  DisparityImage image;
-  image.resize(1 + static_cast<int>(random() % 40), 1 + static_cast<int>(random() % 8));
-  image.ambiguity = image.values;
-  for (std::size_t i = 0; i < image.values.size(); ++i)
-    if (random() % 6 != 0) {
-      image.values[i] = static_cast<float>(random() % 64) / 16;
-      image.ambiguity[i] = static_cast<float>(random() % 1000) / 1000;
-    }
-  return image;
-}
-
 float by_definition(const DisparityImage& image, int u, int v, float jump) {
   const float own = image.values[image.index(u, v)];
   double sum = 0;
@@ -86,7 +73,7 @@ float by_definition(const DisparityImage& image, int u, int v, float jump) {
 }
 
 RC_GTEST_PROP(Doubt, IsTheMeanOfTheNineOnEveryTarget, (std::uint64_t seed)) {
-  DisparityImage image = any_image(seed);
+  DisparityImage image = any_disparities(seed);
   std::vector<float> first;
   headway::test::on_every_target([&](const char* target) {
     estimate_doubt({.jump = 1}, image);

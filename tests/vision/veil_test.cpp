@@ -5,6 +5,11 @@
 #include <functional>
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/every_target.h"
+#include "tests/vision/any_disparities.h"
+#include "vision/disparity_sigma.h"
 
 namespace headway::vision {
 namespace {
@@ -78,6 +83,63 @@ TEST(Veil, KeepsAWallBesideTheWayWhoseMatchesAreSound) {
 TEST(Veil, CondemnsNothingBesideWhatIsNotKnown) {
   const RangeView view = filtered([](int u, int) { return u < 30 ? 20.0 : std::nan(""); });
   for (int u = 0; u < 30; ++u) EXPECT_FALSE(std::isnan(view.depth[view.index(u, 20)])) << u;
+}
+
+constexpr VeilFilter kAny{.steepest = 0.5, .steepest_torn = 0.25, .widest_whole = 0.5, .reach = 3};
+
+/// Whether the line through pixel `at` of `values` (their sigmas, if any) is too steep: from the first that
+/// is known within reach to the last.
+bool steep_by_definition(const std::vector<float>& values, const std::vector<float>& sigmas, int at) {
+  const int first = std::max(0, at - kAny.reach);
+  const int last = std::min(static_cast<int>(values.size()) - 1, at + kAny.reach);
+  int low = at, high = at;
+  bool torn = false;
+  for (int i = last; i >= first; --i) {
+    const auto here = static_cast<std::size_t>(i);
+    if (std::isnan(values[here]))
+      torn = true;
+    else
+      low = std::min(low, i), high = std::max(high, i);
+    if (!sigmas.empty() && sigmas[here] > static_cast<float>(kAny.widest_whole)) torn = true;
+  }
+  const auto value = [&](int i) { return static_cast<double>(values[static_cast<std::size_t>(i)]); };
+  return std::abs(value(high) - value(low)) > (torn ? kAny.steepest_torn : kAny.steepest) * (high - low);
+}
+
+bool is_veil_by_definition(const DisparityImage& image, int u, int v) {
+  const auto along = [&](const std::vector<float>& of, int length, int first_u, int first_v, int du) {
+    std::vector<float> line;
+    for (int i = 0; i < length && !of.empty(); ++i)
+      line.push_back(of[image.index(first_u + du * i, first_v + (1 - du) * i)]);
+    return line;
+  };
+  return steep_by_definition(along(image.values, image.width, 0, v, 1),
+                             along(image.sigma, image.width, 0, v, 1), u) ||
+         steep_by_definition(along(image.values, image.height, u, 0, 0),
+                             along(image.sigma, image.height, u, 0, 0), v);
+}
+
+RC_GTEST_PROP(Veil, IsWhatIsTooSteepOnEveryTarget, (std::uint64_t seed, bool with_sigma, bool with_weight)) {
+  DisparityImage image = any_disparities(seed);
+  if (with_sigma) estimate_sigma({}, image);
+  RangeView whole;
+  whole.camera.width = image.width, whole.camera.height = image.height;
+  whole.depth = whole.sigma_depth = image.values;
+  if (with_weight) whole.weight = image.values;
+  test::on_every_target([&](const char* target) {
+    RangeView view = whole;
+    drop_veils(image, kAny, view);
+    for (int v = 0; v < image.height; ++v)
+      for (int u = 0; u < image.width; ++u) {
+        const std::size_t i = image.index(u, v);
+        if (std::isnan(image.values[i])) continue;
+        const bool veil = is_veil_by_definition(image, u, v);
+        if (std::isnan(view.depth[i]) != veil || std::isnan(view.sigma_depth[i]) != veil ||
+            (with_weight && std::isnan(view.weight[i]) != veil))
+          RC_FAIL(std::string(target));
+        if (!veil) RC_ASSERT(view.depth[i] == image.values[i]);
+      }
+  });
 }
 
 }  // namespace
