@@ -123,6 +123,7 @@ class Cia402Drive {
   std::int8_t mode_wanted() const noexcept;
   bool is_too_far_outside() const noexcept;
   bool is_at_fault() const noexcept;
+  bool knows_state(Time now) const noexcept;
   bool is_quick_stopped() const noexcept;
   DriveSight sight() const noexcept { return {statusword_, position_, silent_}; }
 
