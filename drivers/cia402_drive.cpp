@@ -412,6 +412,10 @@ bool Cia402Drive::is_moving() const noexcept {
          std::visit([&](const auto& points) { return points.is_moving(sight()); }, set_points_);
 }
 
+std::optional<Time> Cia402Drive::position_stamp() const noexcept {
+  return homing_.is_done() ? motion_heard_ : std::nullopt;
+}
+
 std::int32_t Cia402Drive::accepted() const noexcept {
   return std::visit([](const auto& points) { return points.accepted(); }, set_points_);
 }

@@ -91,7 +91,8 @@ class Cia402Drive {
   bool is_moving() const noexcept;
   std::int32_t position() const noexcept { return position_; }
   std::int32_t velocity() const noexcept { return velocity_; }
-  std::optional<Time> position_stamp() const noexcept { return motion_heard_; }
+  /// None while it is not known that the drive knows where its joint is.
+  std::optional<Time> position_stamp() const noexcept;
   /// The set-point last acknowledged or, in cyclic mode, the one the targets are on their way to; the
   /// position until there is one.
   std::int32_t accepted() const noexcept;
