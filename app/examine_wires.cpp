@@ -149,7 +149,8 @@ void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveRepor
   else if (drive.failure == drivers::DriveFailure::kNotHomed)
     into.fail(what, found, "home it with its maker's tool, or see 'homing' in docs/bring-up.md");
   else if (drive.failure == drivers::DriveFailure::kOutsideLimits)
-    into.fail(what, found, "turn the head inside by hand, or let it be led by profile ('set_points')");
+    into.fail(what, found,
+              "turn the head inside by hand; led by profile ('set_points'), 'headway run' brings it there");
   else
     into.fail(what, found, "its manual says what that means; docs/bus.md says what it must be able to do");
 }
@@ -181,6 +182,7 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
   if (const auto clock = walker.clock())
     into.ok("clock",
             fmt::format("is {:.3f} s {} ours, give or take {:.1f} ms", std::abs(to_seconds(clock->offset)),
+  config.may_come_inside = false;
                         clock->offset < Duration{} ? "ahead of" : "behind",
                         1e3 * to_seconds(clock->uncertainty)));
   else if (walker.clock_is_synchronised())

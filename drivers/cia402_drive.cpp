@@ -425,19 +425,19 @@ std::int8_t Cia402Drive::mode_wanted() const noexcept {
   return std::visit([](const auto& points) { return points.kMode; }, set_points_);
 }
 
-bool Cia402Drive::is_at_fault() const noexcept {
-  return report_.state == State::kFault || report_.state == State::kFaultReactionActive;
-}
-
 bool Cia402Drive::knows_state(Time now) const noexcept {
   return status_heard_ && now - *status_heard_ <= kStatusHolds;
+}
+
+bool Cia402Drive::is_at_fault() const noexcept {
+  return report_.state == State::kFault || report_.state == State::kFaultReactionActive;
 }
 
 bool Cia402Drive::is_quick_stopped() const noexcept { return report_.state == State::kQuickStopActive; }
 
 /// A position means nothing before the drive is homed.
 bool Cia402Drive::is_too_far_outside() const noexcept {
-  return numbers_.cyclic && homing_.is_done() &&
+  return !numbers_.may_come_inside && homing_.is_done() &&
          (position_ < numbers_.lower - kBeyond || position_ > numbers_.upper + kBeyond);
 }
 
