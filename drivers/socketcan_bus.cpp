@@ -105,14 +105,14 @@ std::optional<SocketCanBus::Fault> SocketCanBus::set_up(int fd) noexcept {
   address.can_ifindex = about.ifr_ifindex;
   if (calls_.ioctl(fd, SIOCGIFFLAGS, about) < 0) return Fault{Step::kFind, errno};
   if ((about.ifr_flags & IFF_UP) == 0) return Fault{Step::kUp, ENETDOWN};
+  // Before it is bound: afterwards frames come.
+  if (!set_options(fd)) return Fault{Step::kOptions, errno};
+  if (calls_.bind(fd, address) < 0) return Fault{Step::kBind, errno};
   // Its error frame came before, and the kernel throws away what is sent meanwhile without a word.
   if ((about.ifr_flags & IFF_RUNNING) == 0) {
     controller_ = CanBusState::kBusOff;
     ++stats_.bus_off;
   }
-  // Before it is bound: afterwards frames come.
-  if (!set_options(fd)) return Fault{Step::kOptions, errno};
-  if (calls_.bind(fd, address) < 0) return Fault{Step::kBind, errno};
   return std::nullopt;
 }
 
