@@ -209,6 +209,40 @@ TEST(ExamineBus, TakesNoFrameOfTheRobotItselfForAMaster) {
     EXPECT_FALSE(word_of_a_master({.id = id, .dlc = 0, .data = {}, .stamp = {}})) << id;
 }
 
+/// What the program says that finds this on the bus before it begins; empty when it begins.
+std::string refusal(void (*listen)(hal::CanBus&, hal::Clock&), std::uint32_t id) {
+  Patient patient;
+  patient.cut = true;
+  SharedWire wire(patient);
+  wire.others = {.id = id, .dlc = 0, .data = {}, .stamp = {}};
+  std::string said;
+  try {
+    listen(wire, patient.clock);
+  } catch (const Error& refused) {
+    said = refused.what();
+  }
+  EXPECT_EQ(wire.sent, 0);
+  return said;
+}
+
+TEST(OtherMaster, KeepsAnotherRunFromBeginningAndTheRobotDoesNot) {
+  for (const std::uint32_t id : {0x000u, 0x080u, 0x701u, 0x121u, 0x211u, 0x612u}) {
+    EXPECT_THAT(refusal(refuse_other_master, id),
+                HasSubstr(fmt::format("(0x{:03X}) is heard on the bus", id)));
+    EXPECT_THAT(refusal(refuse_other_master, id), HasSubstr("end 'headway run'"));
+    EXPECT_EQ(refusal(refuse_other_robot, id), "") << "it is there to lead this robot";
+  }
+}
+
+TEST(OtherMaster, KeepsASimulatedRobotFromJoiningAnother) {
+  for (const std::uint32_t id : {0x130u, 0x711u, 0x712u}) {
+    EXPECT_THAT(refusal(refuse_other_robot, id),
+                HasSubstr(fmt::format("(0x{:03X}) is heard on the bus", id)));
+    EXPECT_THAT(refusal(refuse_other_robot, id), HasSubstr("a bus of its own"));
+    EXPECT_EQ(refusal(refuse_other_master, id), "") << "that is whom it leads";
+  }
+}
+
 TEST(ExamineExposures, WarnsOfAnAutomaticThatMaySlowACameraDown) {
   const hal::ManualClock clock;
   drivers::testing::ScriptedCalls calls(clock);
