@@ -147,22 +147,6 @@ class Printer {
   std::uint64_t printed_ = 0, strange_ = 0;
 };
 
-const char* name_of(hal::CanBusState state) {
-  switch (state) {
-    case hal::CanBusState::kErrorActive:
-      return "error-active: all is well";
-    case hal::CanBusState::kErrorWarning:
-      return "error-warning";
-    case hal::CanBusState::kErrorPassive:
-      return "error-passive";
-    case hal::CanBusState::kBusOff:
-      return "off the bus";
-    case hal::CanBusState::kGone:
-      return "gone";
-  }
-  return "";
-}
-
 /// Passes over lines that are no frames, such as the last one of a log that was cut off, and tells of them at
 /// the end. True when there was none.
 bool dump_log(const DumpOptions& options, Printer& printer) {
@@ -203,7 +187,7 @@ void dump_bus(const DumpOptions& options, Printer& printer) {
       printer.print({LoggedFrame::Kind::kData, name, frame.stamp.time_since_epoch(), frame});
     if (transport.bus->state() != told) {
       told = transport.bus->state();
-      fmt::print(stderr, "{}: {}\n", options.bus, name_of(told));
+      fmt::print(stderr, "{}: {}\n", options.bus, hal::text_of(told));
     }
     if (received == room) continue;
     std::fflush(stdout);

@@ -12,6 +12,7 @@
 #include "app/interrupts.h"
 #include "app/node_pictures.h"
 #include "app/node_session.h"
+#include "app/other_master.h"
 #include "app/world_map.h"
 #include "hal/clock.h"
 #include "hal/error.h"
@@ -42,6 +43,7 @@ int run(const Options& options) {
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(options.bus, clock);
   const auto adapter = serve(wire);
+  refuse_other_robot(*wire.bus, clock);
   SimulatedRobotOptions simulated;
   simulated.seed = options.seed ? options.seed : world.seed;
   NodeSession node(robot, world, simulated, false, clock.now());
@@ -71,6 +73,8 @@ int run(const Options& options) {
   fmt::print("stands at ({:.2f}, {:.2f}), {:.0f} deg; walked {:.2f} m; {} pairs of pictures handed over\n",
              base.x, base.y, base.yaw * 180 / std::numbers::pi, node.body().path_walked(),
              pictures ? pictures->written() : 0);
+  if (const std::uint64_t refused = wire.bus->stats().refused; refused > 0)
+    fmt::print("{} frames found no room on the bus\n", refused);
   if (const auto& hit = node.body().collision()) fmt::print("the {} touched {}\n", hit->part, hit->object);
   if (fallen) fmt::print("it fell\n");
   return fallen || node.body().collision() ? kNotReached : kSuccess;

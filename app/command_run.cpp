@@ -21,6 +21,7 @@
 #include "app/live_control.h"
 #include "app/live_session.h"
 #include "app/local_socket.h"
+#include "app/other_master.h"
 #include "app/output_folder.h"
 #include "app/run_recorder.h"
 #include "app/safety_report.h"
@@ -226,6 +227,13 @@ std::unique_ptr<LocalServer> listen(const Options& options, Log& log) {
   return nullptr;
 }
 
+/// The loops hear no master's frames: this needs all of them. Gives the bus back.
+void listen_before(const std::string& bus, hal::Clock& clock) {
+  const CanTransport wire = open_can_transport(bus, clock);
+  const auto adapter = serve(wire);
+  refuse_other_master(*wire.bus, clock);
+}
+
 int run(Options options) {
   const Robot robot = read_robot(options.robot);
   HardwareConfig hardware = robot.hardware;
@@ -243,6 +251,7 @@ int run(Options options) {
   // What the session needs until it has come to rest is made before it.
   Interrupts interrupts;
   hal::ScaledClock clock(options.slower);
+  listen_before(hardware.bus, clock);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
   const auto adapter = serve(wire, robot.loops.real_time);
   const auto camera = open_cameras(hardware, robot.rig, clock);

@@ -8,27 +8,11 @@ namespace headway::app {
 
 namespace {
 
-constexpr std::uint32_t kBitRate = 500'000;  // of docs/bus.md [bit/s]
 constexpr double kSamplePoint = 0.875, kSamplePointTolerance = 0.03;
-
-const char* text_of(hal::CanBusState state) {
-  switch (state) {
-    case hal::CanBusState::kErrorActive:
-      return "error active";
-    case hal::CanBusState::kErrorWarning:
-      return "error warning";
-    case hal::CanBusState::kErrorPassive:
-      return "error passive";
-    case hal::CanBusState::kBusOff:
-    case hal::CanBusState::kGone:
-      return "off the bus";
-  }
-  return "?";
-}
 
 std::string description_of(const drivers::CanLink& link) {
   std::string text = link.is_up ? "up" : "down";
-  if (link.controller && link.is_up) text += fmt::format(", {}", text_of(*link.controller));
+  if (link.controller && link.is_up) text += fmt::format(", {}", hal::text_of(*link.controller));
   if (link.bitrate > 0)
     text += fmt::format(", {} bit/s, sample point {:.1f} %", link.bitrate, 100 * link.sample_point);
   else
@@ -45,12 +29,12 @@ void judge(const drivers::CanLink& link, Diagnosis& into) {
   const std::string set_up = fmt::format(
       "sudo ip link set {0} down; sudo ip link set {0} up type can bitrate {1} sample-point {2} restart-ms "
       "100",
-      link.name, kBitRate, kSamplePoint);
+      link.name, hal::kCanBitRate, kSamplePoint);
   // A virtual bus has neither controller nor bit rate.
   const bool is_real = link.controller.has_value();
   if (!link.is_up)
     into.fail(link.name, found, is_real ? set_up : fmt::format("sudo ip link set {} up", link.name));
-  else if (is_real && link.bitrate != kBitRate)
+  else if (is_real && link.bitrate != hal::kCanBitRate)
     into.fail(link.name, found, set_up);
   else if (is_real && link.controller == hal::CanBusState::kBusOff)
     into.fail(link.name, found,

@@ -19,7 +19,6 @@ namespace headway::app {
 
 namespace {
 
-constexpr double kBitRate = 500e3;  // of docs/bus.md [bit/s]
 constexpr Duration kCycle = seconds(0.005);
 
 /// A classic frame on the wire, stuffed as badly as can be.
@@ -54,28 +53,12 @@ class Listening final : public hal::CanBus {
   std::uint64_t heard_ = 0;
 };
 
-const char* text_of(hal::CanBusState state) {
-  switch (state) {
-    case hal::CanBusState::kErrorActive:
-      return "error active";
-    case hal::CanBusState::kErrorWarning:
-      return "error warning";
-    case hal::CanBusState::kErrorPassive:
-      return "error passive";
-    case hal::CanBusState::kBusOff:
-      return "off the bus";
-    case hal::CanBusState::kGone:
-      return "gone";
-  }
-  return "?";
-}
-
 void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
   into.about("bus");
   const hal::CanBusStats stats = bus.stats();
   const char* wiring =
       "look at the wiring, at 60 ohms between CAN_H and CAN_L, and at the bit rate of all that is on it";
-  const std::string state = fmt::format("{}; {} frames heard", text_of(stats.state), bus.heard());
+  const std::string state = fmt::format("{}; {} frames heard", hal::text_of(stats.state), bus.heard());
   if (stats.state == hal::CanBusState::kErrorActive)
     into.ok("state", state);
   else if (stats.state == hal::CanBusState::kErrorWarning)
@@ -88,7 +71,7 @@ void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
               fmt::format("{} frames lost, {} unusable; {} times off the bus, {} times gone", stats.lost,
                           stats.unusable, stats.bus_off, stats.gone),
               wiring);
-  const double load = bus.bits() / kBitRate / to_seconds(time);
+  const double load = bus.bits() / hal::kCanBitRate / to_seconds(time);
   const std::string found = fmt::format("{:.0f} % at most", 100 * load);
   if (bus.heard() == 0)
     into.fail("load", "nothing was heard", wiring);
@@ -149,7 +132,8 @@ void judge_drive(const char* joint, std::uint8_t node, const drivers::DriveRepor
   else if (drive.failure == drivers::DriveFailure::kNotHomed)
     into.fail(what, found, "home it with its maker's tool, or see 'homing' in docs/bring-up.md");
   else if (drive.failure == drivers::DriveFailure::kOutsideLimits)
-    into.fail(what, found, "turn the head inside by hand, or let it be led by profile ('set_points')");
+    into.fail(what, found,
+              "turn the head inside by hand; led by profile ('set_points'), 'headway run' brings it there");
   else
     into.fail(what, found, "its manual says what that means; docs/bus.md says what it must be able to do");
 }
@@ -198,6 +182,7 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
   // Who examines the robot moves nothing.
   using Policy = drivers::HomingConfig::Policy;
   if (config.homing.policy == Policy::kMove) config.homing.policy = Policy::kRequired;
+  config.may_come_inside = false;
   if (const auto word = other_master(bus, clock)) {
     into.about("bus");
     into.fail("other master", *word + " is heard: another program commands this robot; nothing was sent",

@@ -27,6 +27,7 @@ drivers::StereoPairConfig camera_pair(const HardwareConfig& hardware, const visi
   eye.rate = hardware.rate;
   if (hardware.exposure) eye.exposure = seconds(*hardware.exposure);
   eye.gain = hardware.gain;
+  eye.white_balance = hardware.white_balance;
   const auto looking = [&eye](const std::string& path, const vision::CameraIntrinsics& camera) {
     drivers::V4l2CameraConfig config = eye;
     config.path = path;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "hal/bus_codec.h"
+#include "hal/error.h"
 
 namespace headway::app {
 
@@ -30,6 +31,25 @@ const char* order_named(std::uint32_t id) {
   return nullptr;
 }
 
+std::optional<std::string> word_of_a_robot(const hal::CanFrame& frame) {
+  namespace wire = hal::bus;
+  const bool is_drive = frame.id != wire::Heartbeat::kIds[0] && is_one_of(frame.id, wire::Heartbeat::kIds);
+  if (!is_drive && frame.id != wire::WalkStatus::kId) return std::nullopt;
+  return fmt::format("{} (0x{:03X})",
+                     is_drive ? "the heartbeat of a drive" : "the status of a control computer", frame.id);
+}
+
+template <class WordOf>
+std::optional<std::string> heard(hal::CanBus& bus, hal::Clock& clock, Duration time, WordOf word_of) {
+  std::array<hal::CanFrame, 32> frames;
+  for (const Time end = clock.now() + time; clock.now() < end; clock.sleep_until(clock.now() + kPause)) {
+    const std::size_t count = bus.receive(frames);
+    for (const hal::CanFrame& frame : std::span(frames).first(count))
+      if (const auto word = word_of(frame)) return word;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::string> word_of_a_master(const hal::CanFrame& frame) {
@@ -38,13 +58,23 @@ std::optional<std::string> word_of_a_master(const hal::CanFrame& frame) {
 }
 
 std::optional<std::string> other_master(hal::CanBus& bus, hal::Clock& clock, Duration time) {
-  std::array<hal::CanFrame, 32> frames;
-  for (const Time end = clock.now() + time; clock.now() < end; clock.sleep_until(clock.now() + kPause)) {
-    const std::size_t count = bus.receive(frames);
-    for (const hal::CanFrame& frame : std::span(frames).first(count))
-      if (const auto word = word_of_a_master(frame)) return word;
-  }
-  return std::nullopt;
+  return heard(bus, clock, time, word_of_a_master);
+}
+
+void refuse_other_master(hal::CanBus& bus, hal::Clock& clock) {
+  if (const auto word = other_master(bus, clock))
+    throw Error(
+        *word +
+        " is heard on the bus: another program commands this robot; end 'headway run' or what else does, "
+        "here or on another computer of this bus");
+}
+
+void refuse_other_robot(hal::CanBus& bus, hal::Clock& clock) {
+  if (const auto word = heard(bus, clock, kMasterIsHeardWithin, word_of_a_robot))
+    throw Error(
+        *word +
+        " is heard on the bus: there is a robot already; take a bus of its own for the simulated one, or "
+        "end the other 'headway node'");
 }
 
 }  // namespace headway::app

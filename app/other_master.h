@@ -1,4 +1,5 @@
-// Whether another computer commands the robot: frames on the bus that only the vision computer sends.
+// Who else is on the bus: another computer that commands the robot, told by frames that only the vision
+// computer sends, or another robot.
 #pragma once
 
 #include <optional>
@@ -18,5 +19,12 @@ inline constexpr Duration kMasterIsHeardWithin = std::chrono::milliseconds(500);
 /// Listens for so long, by a clock that sleeps, sends nothing, and ends with the first such frame.
 std::optional<std::string> other_master(hal::CanBus& bus, hal::Clock& clock,
                                         Duration time = kMasterIsHeardWithin);
+
+/// As other_master(). Throws Error where one is heard: nobody may lead the robot besides.
+void refuse_other_master(hal::CanBus& bus, hal::Clock& clock);
+
+/// Listens as long for a robot: the control computer's status, a drive's heartbeat. Throws Error where one is
+/// heard: a simulated one must not mix with it.
+void refuse_other_robot(hal::CanBus& bus, hal::Clock& clock);
 
 }  // namespace headway::app

@@ -281,6 +281,8 @@ void read_cameras(const Section& cameras, HardwareConfig& config) {
   if (cameras.has("exposure_ms"))
     config.exposure = cameras.number("exposure_ms", {0.1, 1000 / config.rate, "ms"}) * 1e-3;
   if (cameras.has("gain")) config.gain = cameras.integer("gain", {0, 1e6});
+  if (cameras.has("white_balance"))
+    config.white_balance = cameras.integer("white_balance", {1000, 20000, "K"});
 }
 
 void read_hardware(const Section& hardware, double fastest, HardwareConfig& config) {

@@ -40,6 +40,7 @@ struct HardwareConfig {
   double rate = 15;                                                    ///< of the cameras [Hz]
   std::optional<double> exposure;                                      ///< [s]; none: as the cameras choose
   std::optional<int> gain;                                             ///< in the cameras' own numbers
+  std::optional<int> white_balance;                                    ///< [K]; none: as the cameras choose
   drivers::SetPointMode set_points = drivers::SetPointMode::kProfile;  ///< of the head's drives
   drivers::HomingConfig homing;                                        ///< of the head's drives
 };

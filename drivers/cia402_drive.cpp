@@ -116,7 +116,7 @@ void Cia402Drive::hear(const Heartbeat& heartbeat, Time stamp) noexcept {
       if (!operational) set_up_again();
       break;
     case DrivePhase::kFailed:
-      if (report_.failure == DriveFailure::kGone) begin();
+      if (report_.failure == DriveFailure::kGone) set_up_again();
       break;
     default:
       break;
@@ -150,10 +150,12 @@ void Cia402Drive::begin() noexcept {
   said_.reset();
 }
 
-/// It has left Operational without a boot: what made it do so may show in its state.
+/// Without a boot: what it did meanwhile, for want of our heartbeat or for a reason of its own, may show in
+/// its state.
 void Cia402Drive::set_up_again() noexcept {
+  const bool was = was_enabled_;
   begin();
-  was_enabled_ = true;
+  was_enabled_ = was;
 }
 
 void Cia402Drive::fail(DriveFailure why) noexcept {
@@ -216,7 +218,8 @@ void Cia402Drive::stand(Time now) noexcept {
     hold(true);
     tell_set_point(now);
   } else if (!homing_.is_done() && report_.state == State::kOperationEnabled) {
-    say(cia402::code_of(Command::kEnableOperation), present_target(), now);
+    say(cia402::code_of(knows_state(now) ? Command::kEnableOperation : Command::kQuickStop), present_target(),
+        now);
   }
 }
 
@@ -284,7 +287,7 @@ void Cia402Drive::enable(Time now) noexcept {
     return;
   }
   // Nothing is switched on before it is known where the head is.
-  if (silent_) return;
+  if (silent_ || !knows_state(now)) return;
   const std::uint16_t word =
       report_.state == State::kFault ? reset_fault(now) : cia402::code_of(next_command(now));
   if (!has_failed()) say(word, present_target(), now);
@@ -345,6 +348,12 @@ void Cia402Drive::home(Time now) noexcept {
     motion_heard_.reset();  // a position from before it was at home means nothing
   }
   if (report_.phase != DrivePhase::kHoming) return;
+  if (!knows_state(now)) {
+    // One that moves is stopped by the only order that ends no stop of its own.
+    if (homing_.status() == Homing::Status::kMoving)
+      say(cia402::code_of(Command::kQuickStop), present_target(), now);
+    return;
+  }
   say(static_cast<std::uint16_t>(cia402::code_of(Command::kEnableOperation) | homing_.bits()),
       present_target(), now);
 }
@@ -370,7 +379,7 @@ void Cia402Drive::run(Time now) noexcept {
 // --- set-points ---
 
 void Cia402Drive::tell_set_point(Time now) noexcept {
-  if (!status_heard_ || now - *status_heard_ > kStatusHolds) {
+  if (!knows_state(now)) {
     std::visit([&](auto& points) { points.pause(now); }, set_points_);
     return;
   }
@@ -403,6 +412,10 @@ bool Cia402Drive::is_moving() const noexcept {
          std::visit([&](const auto& points) { return points.is_moving(sight()); }, set_points_);
 }
 
+std::optional<Time> Cia402Drive::position_stamp() const noexcept {
+  return homing_.is_done() ? motion_heard_ : std::nullopt;
+}
+
 std::int32_t Cia402Drive::accepted() const noexcept {
   return std::visit([](const auto& points) { return points.accepted(); }, set_points_);
 }
@@ -410,6 +423,10 @@ std::int32_t Cia402Drive::accepted() const noexcept {
 std::int8_t Cia402Drive::mode_wanted() const noexcept {
   if (!homing_.is_done()) return cia402::kHoming;
   return std::visit([](const auto& points) { return points.kMode; }, set_points_);
+}
+
+bool Cia402Drive::knows_state(Time now) const noexcept {
+  return status_heard_ && now - *status_heard_ <= kStatusHolds;
 }
 
 bool Cia402Drive::is_at_fault() const noexcept {
@@ -420,7 +437,7 @@ bool Cia402Drive::is_quick_stopped() const noexcept { return report_.state == St
 
 /// A position means nothing before the drive is homed.
 bool Cia402Drive::is_too_far_outside() const noexcept {
-  return numbers_.cyclic && homing_.is_done() &&
+  return !numbers_.may_come_inside && homing_.is_done() &&
          (position_ < numbers_.lower - kBeyond || position_ > numbers_.upper + kBeyond);
 }
 

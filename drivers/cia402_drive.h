@@ -42,7 +42,7 @@ enum class DriveFailure : std::uint8_t {
   kSetupReadsDifferent,  ///< an object did not keep its value
   kStateTimedOut,        ///< did not follow towards Operation enabled
   kSetPointTimedOut,     ///< does not acknowledge set-points, or does not follow them
-  kOutsideLimits,        ///< stands too far outside its limits to be led back cyclically
+  kOutsideLimits,        ///< stands too far outside its limits, and may not be led back
   kNotHomed,             ///< does not know where its joint is, and may not find it out by itself
   kHomingFailed,         ///< did not find that out
   kDriveFault,           ///< its state is Fault
@@ -91,7 +91,8 @@ class Cia402Drive {
   bool is_moving() const noexcept;
   std::int32_t position() const noexcept { return position_; }
   std::int32_t velocity() const noexcept { return velocity_; }
-  std::optional<Time> position_stamp() const noexcept { return motion_heard_; }
+  /// None while it is not known that the drive knows where its joint is.
+  std::optional<Time> position_stamp() const noexcept;
   /// The set-point last acknowledged or, in cyclic mode, the one the targets are on their way to; the
   /// position until there is one.
   std::int32_t accepted() const noexcept;
@@ -122,6 +123,7 @@ class Cia402Drive {
   std::int32_t present_target() const noexcept;
   std::int8_t mode_wanted() const noexcept;
   bool is_too_far_outside() const noexcept;
+  bool knows_state(Time now) const noexcept;
   bool is_at_fault() const noexcept;
   bool is_quick_stopped() const noexcept;
   DriveSight sight() const noexcept { return {statusword_, position_, silent_}; }

@@ -48,6 +48,7 @@ DriveNumbers numbers_of(const HeadConfig& c, double lower, double upper) {
           .following_timeout_ms =
               static_cast<std::uint16_t>(c.following_error_time / std::chrono::milliseconds(1)),
           .cyclic = c.set_points == SetPointMode::kCyclic,
+          .may_come_inside = c.may_come_inside && c.set_points == SetPointMode::kProfile,
           .homing = numbers_of(c.homing)};
 }
 

@@ -32,6 +32,9 @@ struct HeadConfig {
   std::uint8_t pan_node = 0x11, tilt_node = 0x12;  ///< as in config/can/headway.dbc
   hal::HeadLimits limits;
   SetPointMode set_points = SetPointMode::kProfile;
+  /// A joint that stands outside its limits is led back; else it is refused. By profile only: cyclically it
+  /// always is.
+  bool may_come_inside = true;
   HomingConfig homing;
   double quick_stop_deceleration = 10;  ///< [rad/s^2]
   double following_error = 0.0873;      ///< the drive faults when it lags more than this [rad]...

@@ -23,6 +23,7 @@ struct DriveNumbers {
   std::uint32_t following_window = 0;      ///< following error that is a fault...
   std::uint16_t following_timeout_ms = 0;  ///< ...when it lasts this long
   bool cyclic = false;                     ///< cyclic synchronous position instead of profile position
+  bool may_come_inside = true;             ///< from where it stands outside its limits
   std::optional<HomingNumbers> homing{};   ///< none: the drive knows where it is
   bool operator==(const DriveNumbers&) const = default;
 };

@@ -14,7 +14,7 @@ std::uint64_t FrameJudge::gap_before(std::uint32_t sequence) noexcept {
 }
 
 FrameKind FrameJudge::kind_of(const FilledBuffer& frame, Time now) noexcept {
-  if (frame.is_marked || frame.bytes < least_) return FrameKind::kDamaged;
+  if (frame.is_marked || frame.bytes < measure_.least) return FrameKind::kDamaged;
   if (!frame.is_monotonic) return FrameKind::kWrongClock;
   if (frame.stamp == stamp_) return FrameKind::kFrozen;
   const Duration age = now.time_since_epoch() - frame.stamp;
@@ -25,7 +25,7 @@ FrameKind FrameJudge::kind_of(const FilledBuffer& frame, Time now) noexcept {
 
 Time FrameJudge::middle_of(const FilledBuffer& frame) const noexcept {
   const bool at_start = frame.stamp_at == FilledBuffer::StampAt::kStartOfExposure;
-  return Time(frame.stamp) + (at_start ? exposure_ / 2 : -(readout_ + exposure_ / 2));
+  return Time(frame.stamp) + (at_start ? measure_.exposure / 2 : -(measure_.readout + measure_.exposure / 2));
 }
 
 }  // namespace headway::drivers

@@ -23,6 +23,13 @@ struct FrameVerdict {
   std::uint64_t lost = 0;  ///< frames missing in the driver's count before this one
 };
 
+/// What a camera's frames are measured by.
+struct FrameMeasure {
+  std::size_t least = 0;  ///< bytes of a whole frame
+  Duration exposure{};    ///< how long it takes, zero if nobody knows
+  Duration readout{};     ///< from its end to the frame's
+};
+
 class FrameJudge {
  public:
   static constexpr Duration kOldest = std::chrono::seconds(2);  ///< poses are kept no longer
@@ -30,13 +37,12 @@ class FrameJudge {
   /// A count that leaps by more began anew.
   static constexpr std::uint32_t kLargestGap = 1U << 16;
 
-  /// `least`: bytes of a whole frame; `exposure`: how long it takes, zero if nobody knows; `readout`: from
-  /// its end to the frame's.
-  FrameJudge(std::size_t least, Duration exposure, Duration readout) noexcept
-      : least_(least), exposure_(exposure), readout_(readout) {}
+  explicit FrameJudge(const FrameMeasure& measure) noexcept : measure_(measure) {}
 
   /// Of the next frame; `now`: when it was taken.
   FrameVerdict judge(const FilledBuffer& frame, Time now) noexcept;
+  /// Of the same camera, opened anew: still no frame may be older than the one before.
+  void measure_by(const FrameMeasure& measure) noexcept { measure_ = measure; }
   /// The driver's count begins anew.
   void forget_sequence() noexcept { sequence_.reset(); }
 
@@ -45,8 +51,7 @@ class FrameJudge {
   FrameKind kind_of(const FilledBuffer& frame, Time now) noexcept;
   Time middle_of(const FilledBuffer& frame) const noexcept;
 
-  std::size_t least_;
-  Duration exposure_, readout_;
+  FrameMeasure measure_;
   std::optional<std::uint32_t> sequence_;  ///< of the frame before
   std::optional<Duration> stamp_;          ///< of the last one that could be this clock's
 };

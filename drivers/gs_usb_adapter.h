@@ -11,6 +11,7 @@
 #include "drivers/back_off.h"
 #include "drivers/gs_usb_protocol.h"
 #include "drivers/usb_calls.h"
+#include "hal/can_bus.h"
 #include "hal/time.h"
 
 namespace headway::drivers {
@@ -18,8 +19,8 @@ namespace headway::drivers {
 struct GsUsbConfig {
   std::string serial{};  ///< as the adapter tells it (lsusb -v: iSerial); empty: the only one plugged in
   unsigned channel = 0;  ///< of adapters with several CAN connectors, from 0
-  std::uint32_t bitrate = 500'000;  ///< [bit/s]
-  double sample_point = 0.875;      ///< fraction of the bit
+  std::uint32_t bitrate = hal::kCanBitRate;  ///< [bit/s]
+  double sample_point = 0.875;               ///< fraction of the bit
   /// A frame that is not on the bus by then is given up, for it would be late: the controller is started
   /// anew.
   Duration echo_timeout = std::chrono::milliseconds(100);

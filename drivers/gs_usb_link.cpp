@@ -1,6 +1,7 @@
 #include "drivers/gs_usb_link.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "hal/error.h"
 
@@ -46,7 +47,7 @@ GsUsbLink::GsUsbLink(UsbCalls& usb, const GsUsbConfig& config, const hal::Clock&
   // What it does not answer now it need not know, whatever it said: firmware differs. It is not asked again.
   asks_clock_ = adapter_->has_clock() && read_clock();
   asks_state_ = adapter_->tells_state() && read_state();
-  served_last_ = clock_.now();
+  served_last_ = emptied_ = clock_.now();
   next_look_ = served_last_ + kLookEvery;
 }
 
@@ -104,12 +105,19 @@ void GsUsbLink::take_echo(std::uint32_t id) noexcept {
   slot.awaits_echo = false;
   slot.was_sent = true;
   settle_if_done(slot);
+  if (std::exchange(is_unheard_, false)) tell_state();
 }
 
 void GsUsbLink::take_state(const ControllerState& state) noexcept {
   if (state.state == CanBusState::kBusOff && controller_.state != CanBusState::kBusOff) off_since_ = served_;
   controller_ = state;
-  mailbox_.set_state(state.state, state.transmit_errors, state.receive_errors);
+  tell_state();
+}
+
+/// A controller that nobody acknowledges never goes off the bus by itself.
+void GsUsbLink::tell_state() noexcept {
+  mailbox_.set_state(is_unheard_ ? CanBusState::kBusOff : controller_.state, controller_.transmit_errors,
+                     controller_.receive_errors);
 }
 
 Time GsUsbLink::stamp_of(const HostFrame& frame) noexcept {
@@ -131,8 +139,13 @@ void GsUsbLink::keep_reading() noexcept {
   }
 }
 
+/// What has waited while an answer was late, the controller was started anew or this thread was held up is
+/// late now.
 void GsUsbLink::write_waiting() noexcept {
   if (stalled_ || ended_) return;
+  const Time now = clock_.now();
+  if (now - emptied_ > config_.echo_timeout) mailbox_.discard_outgoing();
+  emptied_ = now;
   hal::CanFrame frame;
   for (std::uint32_t number = 0; number < transfers_->slots.size(); ++number) {
     if (transfers_->slots[number].occupied) continue;
@@ -194,15 +207,19 @@ void GsUsbLink::count_time() noexcept {
   served_last_ = now;
 }
 
-bool GsUsbLink::needs_restart() const noexcept {
-  const auto is_over = [&](Duration since) { return served_ - since >= config_.echo_timeout; };
-  if (!is_over(restarted_)) return false;
-  return stalled_ || (controller_.state == CanBusState::kBusOff && is_over(off_since_)) ||
-         std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
+bool GsUsbLink::nobody_acknowledges() const noexcept {
+  return std::any_of(transfers_->slots.begin(), transfers_->slots.end(),
                      [&](const Slot& s) { return s.occupied && is_over(s.since); });
 }
 
+bool GsUsbLink::needs_restart() const noexcept {
+  if (!is_over(restarted_)) return false;
+  return stalled_ || (controller_.state == CanBusState::kBusOff && is_over(off_since_)) ||
+         nobody_acknowledges();
+}
+
 void GsUsbLink::restart() noexcept {
+  if (!stalled_ && nobody_acknowledges()) is_unheard_ = true;
   restarted_ = served_;
   const bool is_reset = adapter_->reset();
   // Halts are cleared while nothing is under way, as the kernel asks.

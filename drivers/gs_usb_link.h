@@ -19,7 +19,9 @@ namespace headway::drivers {
 
 /// All calls by one thread, not the bus loop's. What the adapter can recover from (a stalled endpoint, frames
 /// that nobody acknowledges, bus off) is answered by starting its controller anew, which also drops the
-/// frames that it holds: they would be late. Anything else ends the link.
+/// frames that it holds: they would be late. So would be what has waited in the mailbox while the adapter was
+/// not to be had: that is dropped, too. While nobody acknowledges the bus counts as off. Anything else ends
+/// the link.
 class GsUsbLink final : private UsbTransfer::Owner {
  public:
   /// Opens the adapter and starts its controller. Throws as GsUsbAdapter.
@@ -54,6 +56,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   void take_in(std::span<const std::uint8_t> bytes) noexcept;
   void take_echo(std::uint32_t id) noexcept;
   void take_state(const gs_usb::ControllerState& state) noexcept;
+  void tell_state() noexcept;
   Time stamp_of(const gs_usb::HostFrame& frame) noexcept;
 
   void keep_reading() noexcept;
@@ -65,6 +68,8 @@ class GsUsbLink final : private UsbTransfer::Owner {
   bool read_clock() noexcept;
   bool read_state() noexcept;
   void count_time() noexcept;
+  bool is_over(Duration since) const noexcept { return served_ - since >= config_.echo_timeout; }
+  bool nobody_acknowledges() const noexcept;
   bool needs_restart() const noexcept;
   void restart() noexcept;
   /// Calls all transfers back and gives up the frames in them. False when some did not come back in time.
@@ -80,6 +85,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   std::unique_ptr<Transfers> transfers_;
 
   bool is_open_ = false, ended_ = false, stalled_ = false;
+  bool is_unheard_ = false;  ///< no frame was on the bus in time, nor any since
   gs_usb::ControllerState controller_;
   Duration served_{};  ///< how long this has been served: the scale on which the adapter can be late
   Time served_last_{};
@@ -88,6 +94,7 @@ class GsUsbLink final : private UsbTransfer::Owner {
   bool asks_clock_ = false, asks_state_ = false;
   int unanswered_ = 0;
   Time next_look_{}, last_stamp_{};
+  Time emptied_{};  ///< when nothing was left in the mailbox
 };
 
 }  // namespace headway::drivers

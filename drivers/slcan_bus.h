@@ -17,10 +17,10 @@
 namespace headway::drivers {
 
 struct SlcanConfig {
-  std::string path{};       ///< of the tty; a name that stays, as under /dev/serial/by-id
-  int bit_rate = 500'000;   ///< of the bus [bit/s]: one of those that the protocol knows
-  int baud_rate = 115'200;  ///< of the line; adapters on USB pass over it
-  BackOffConfig retry{};    ///< of opening an adapter that went away
+  std::string path{};               ///< of the tty; a name that stays, as under /dev/serial/by-id
+  int bit_rate = hal::kCanBitRate;  ///< of the bus [bit/s]: one of those that the protocol knows
+  int baud_rate = 115'200;          ///< of the line; adapters on USB pass over it
+  BackOffConfig retry{};            ///< of opening an adapter that went away
 
   /// Throws InputError.
   void validate() const;

@@ -108,6 +108,11 @@ std::optional<SocketCanBus::Fault> SocketCanBus::set_up(int fd) noexcept {
   // Before it is bound: afterwards frames come.
   if (!set_options(fd)) return Fault{Step::kOptions, errno};
   if (calls_.bind(fd, address) < 0) return Fault{Step::kBind, errno};
+  // Its error frame came before, and the kernel throws away what is sent meanwhile without a word.
+  if ((about.ifr_flags & IFF_RUNNING) == 0) {
+    controller_ = CanBusState::kBusOff;
+    ++stats_.bus_off;
+  }
   return std::nullopt;
 }
 

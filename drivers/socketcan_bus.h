@@ -31,8 +31,10 @@ struct SocketCanConfig {
 /// for others who are just changing the kernel's list of interfaces, and happens only while the bus is gone.
 ///
 /// state() is what the controller reports in its error frames, or kGone while there is no interface or it is
-/// down. It is kBusOff as well while frames wait and none has left for config.stall: `bus_off` counts both.
-/// Stamps are the kernel's: when its driver took the frame from the controller.
+/// down; and kBusOff from the start where the interface is up and does not run, which
+/// the kernel tells up to a second late, and not of each driver. It is kBusOff as well while
+/// frames wait and none has left for config.stall: `bus_off` counts both. Stamps are the kernel's: when its
+/// driver took the frame from the controller.
 class SocketCanBus final : public hal::CanBus {
  public:
   /// Opens the interface. Throws InputError where the configuration or the interface is wrong, Error where

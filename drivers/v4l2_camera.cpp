@@ -35,7 +35,7 @@ V4l2Stream opened(DeviceCalls& calls, const V4l2CameraConfig& config) {
   throw Error(text);
 }
 
-FrameJudge judge_of(const V4l2Settings& settings, const V4l2CameraConfig& config) {
+FrameMeasure measure_of(const V4l2Settings& settings, const V4l2CameraConfig& config) {
   return {least_bytes(settings.layout), settings.exposure.value_or(Duration::zero()), config.readout};
 }
 
@@ -47,7 +47,7 @@ V4l2Camera::V4l2Camera(const V4l2CameraConfig& config, const hal::Clock& clock, 
       calls_(calls),
       stream_(opened(calls, config_)),
       settings_(stream_->settings()),
-      judge_(judge_of(settings_, config_)),
+      judge_(measure_of(settings_, config_)),
       good_at_(clock.now()),
       trouble_(CameraState::kSilent),
       retry_(config.retry) {}
@@ -151,6 +151,7 @@ void V4l2Camera::open_again(Time now) noexcept {
 void V4l2Camera::accept(V4l2Stream stream, Time now) noexcept {
   stream_.emplace(std::move(stream));
   settings_ = stream_->settings();
+  judge_.measure_by(measure_of(settings_, config_));
   judge_.forget_sequence();
   good_at_ = now;
   is_first_ = true;

@@ -18,7 +18,26 @@ struct CanFrame {
   Time stamp{};  ///< when it was on the bus (received frames)
 };
 
+/// Of the robot's bus (docs/bus.md) [bit/s].
+inline constexpr int kCanBitRate = 500'000;
+
 enum class CanBusState : std::uint8_t { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kGone };
+
+constexpr const char* text_of(CanBusState state) {
+  switch (state) {
+    case CanBusState::kErrorActive:
+      return "error active";
+    case CanBusState::kErrorWarning:
+      return "error warning";
+    case CanBusState::kErrorPassive:
+      return "error passive";
+    case CanBusState::kBusOff:
+      return "off the bus";
+    case CanBusState::kGone:
+      return "gone";
+  }
+  return "unknown";
+}
 
 /// What a bus has seen since the program began. All counts only grow.
 struct CanBusStats {

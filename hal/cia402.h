@@ -149,13 +149,10 @@ constexpr Command towards_operation(State state) noexcept {
 // --- single bits ---
 
 namespace status_bit {
-inline constexpr std::uint16_t kVoltageEnabled = 1 << 4;
 inline constexpr std::uint16_t kWarning = 1 << 7;
 inline constexpr std::uint16_t kRemote = 1 << 9;
 inline constexpr std::uint16_t kTargetReached = 1 << 10;
-inline constexpr std::uint16_t kInternalLimit = 1 << 11;
 inline constexpr std::uint16_t kSetPointAcknowledged = 1 << 12;  ///< profile position mode
-inline constexpr std::uint16_t kFollowingError = 1 << 13;        ///< profile position mode
 inline constexpr std::uint16_t kFollows = 1 << 12;               ///< cyclic synchronous position mode
 inline constexpr std::uint16_t kHomingAttained = 1 << 12;        ///< homing mode
 inline constexpr std::uint16_t kHomingError = 1 << 13;           ///< homing mode
@@ -187,7 +184,6 @@ constexpr std::uint32_t mapping_of(const Object& o) noexcept {
 
 namespace object {
 // CiA 301
-inline constexpr Object kErrorRegister{0x1001, 0, 1};
 inline constexpr Object kConsumerHeartbeat{0x1016, 1, 4};  ///< node << 16 | milliseconds
 inline constexpr Object kProducerHeartbeat{0x1017, 0, 2};  ///< [ms]
 inline constexpr Object kRpdo1Id{0x1400, 1, 4};
@@ -254,7 +250,7 @@ inline constexpr std::uint8_t kDownloaded = 0x60, kUpload = 0x40, kAbort = 0x80;
 // Abort codes
 inline constexpr std::uint32_t kNoSuchObject = 0x06020000, kNoSuchSubindex = 0x06090011,
                                kReadOnly = 0x06010002, kWrongLength = 0x06070010, kValueRange = 0x06090030,
-                               kNotNow = 0x08000022, kUnknownCommand = 0x05040001;
+                               kUnknownCommand = 0x05040001;
 }  // namespace sdo
 
 }  // namespace headway::hal::cia402

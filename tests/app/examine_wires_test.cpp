@@ -10,6 +10,8 @@
 
 #include "app/node_session.h"
 #include "app/other_master.h"
+#include "hal/angle.h"
+#include "hal/error.h"
 #include "sim_hal/robot.h"
 #include "tests/drivers/scripted_camera.h"
 #include "tests/source_dir/source_dir.h"
@@ -95,13 +97,23 @@ TEST(ExamineBus, EndsInTheSameOrderAndWithoutAVerdictWhenItIsAskedTo) {
 }
 
 /// A robot whose tilt drive does not know where its joint is.
-struct Unhomed final : hal::CanBus {
-  static sim::RobotConfig config() {
-    sim::RobotConfig config;
-    config.tilt.homed = false;
-    config.tilt.start_angle = 0.2;
-    return config;
-  }
+sim::RobotConfig unhomed() {
+  sim::RobotConfig config;
+  config.tilt.homed = false;
+  config.tilt.start_angle = 0.2;
+  return config;
+}
+
+/// A robot whose tilt drive stands 5 degrees beyond its limit.
+sim::RobotConfig outside() {
+  sim::RobotConfig config;
+  config.tilt.start_angle = 50 * kDegree;
+  return config;
+}
+
+/// A robot that stands in the way that was told, and moves as the clock does.
+struct HeadOnly final : hal::CanBus {
+  explicit HeadOnly(const sim::RobotConfig& config) : body(config, Pose2{}) {}
   bool send(const hal::CanFrame& frame) noexcept override { return body.bus().send(frame); }
   std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
     while (stepped + sim::SimRobot::kPeriod <= clock.now()) body.step(stepped += sim::SimRobot::kPeriod);
@@ -111,11 +123,25 @@ struct Unhomed final : hal::CanBus {
 
   hal::ManualClock clock;
   Time stepped{};
-  mutable sim::SimRobot body{config(), Pose2{}};
+  mutable sim::SimRobot body;
 };
 
+TEST(ExamineBus, MovesNoHeadThatStandsOutsideItsLimits) {
+  for (const auto mode : {drivers::SetPointMode::kProfile, drivers::SetPointMode::kCyclic}) {
+    HeadOnly patient(outside());
+    Robot robot = read_robot(source_dir() / "config/hrp2/robot.yaml");
+    robot.hardware.set_points = mode;
+    const double before = patient.body.head().tilt;
+    Diagnosis diagnosis;
+    examine_bus(robot, patient, patient.clock, seconds(4), diagnosis);
+    EXPECT_THAT(diagnosis.text(), HasSubstr("tilt drive, node 0x12: stands outside its limits"));
+    EXPECT_THAT(diagnosis.text(), HasSubstr("turn the head inside by hand"));
+    EXPECT_NEAR(patient.body.head().tilt, before, 1e-9);
+  }
+}
+
 TEST(ExamineBus, MovesNoHeadThatIsNotHomedEvenWhereThatMayMoveByItself) {
-  Unhomed patient;
+  HeadOnly patient(unhomed());
   Robot robot = read_robot(source_dir() / "config/hrp2/robot.yaml");
   robot.hardware.homing.policy = drivers::HomingConfig::Policy::kMove;
   robot.hardware.homing.method = 17;
@@ -181,6 +207,40 @@ TEST(ExamineBus, TakesNoFrameOfTheRobotItselfForAMaster) {
   for (const std::uint32_t id :
        {0x091u, 0x130u, 0x131u, 0x132u, 0x140u, 0x191u, 0x292u, 0x592u, 0x711u, 0x712u})
     EXPECT_FALSE(word_of_a_master({.id = id, .dlc = 0, .data = {}, .stamp = {}})) << id;
+}
+
+/// What the program says that finds this on the bus before it begins; empty when it begins.
+std::string refusal(void (*listen)(hal::CanBus&, hal::Clock&), std::uint32_t id) {
+  Patient patient;
+  patient.cut = true;
+  SharedWire wire(patient);
+  wire.others = {.id = id, .dlc = 0, .data = {}, .stamp = {}};
+  std::string said;
+  try {
+    listen(wire, patient.clock);
+  } catch (const Error& refused) {
+    said = refused.what();
+  }
+  EXPECT_EQ(wire.sent, 0);
+  return said;
+}
+
+TEST(OtherMaster, KeepsAnotherRunFromBeginningAndTheRobotDoesNot) {
+  for (const std::uint32_t id : {0x000u, 0x080u, 0x701u, 0x121u, 0x211u, 0x612u}) {
+    EXPECT_THAT(refusal(refuse_other_master, id),
+                HasSubstr(fmt::format("(0x{:03X}) is heard on the bus", id)));
+    EXPECT_THAT(refusal(refuse_other_master, id), HasSubstr("end 'headway run'"));
+    EXPECT_EQ(refusal(refuse_other_robot, id), "") << "it is there to lead this robot";
+  }
+}
+
+TEST(OtherMaster, KeepsASimulatedRobotFromJoiningAnother) {
+  for (const std::uint32_t id : {0x130u, 0x711u, 0x712u}) {
+    EXPECT_THAT(refusal(refuse_other_robot, id),
+                HasSubstr(fmt::format("(0x{:03X}) is heard on the bus", id)));
+    EXPECT_THAT(refusal(refuse_other_robot, id), HasSubstr("a bus of its own"));
+    EXPECT_EQ(refusal(refuse_other_master, id), "") << "that is whom it leads";
+  }
 }
 
 TEST(ExamineExposures, WarnsOfAnAutomaticThatMaySlowACameraDown) {

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/hardware.h"
 #include "app/loop_configs.h"
 #include "hal/angle.h"
 #include "hal/error.h"
@@ -129,6 +130,19 @@ TEST(RobotFile, RefusesToLetTheHeadLookForHomeInAWayThatItDoesNotName) {
   EXPECT_THROW(with_hardware("  head: {set_points: smooth}"), InputError);
 }
 
+TEST(RobotFile, SetsBothEyesAlikeByHand) {
+  const Robot robot = with_hardware(
+      "  bus: socketcan:can0\n  cameras:\n    left: /dev/video0\n    right: /dev/video2\n    exposure_ms: 8\n"
+      "    gain: 20\n    white_balance: 4600");
+  const drivers::StereoPairConfig pair = camera_pair(robot.hardware, robot.rig);
+  for (const drivers::V4l2CameraConfig& eye : {pair.left, pair.right}) {
+    EXPECT_EQ(eye.exposure, std::chrono::milliseconds(8));
+    EXPECT_EQ(eye.gain, 20);
+    EXPECT_EQ(eye.white_balance, 4600);
+  }
+  EXPECT_FALSE(camera_pair(with_hardware("  bus: socketcan:can0").hardware, robot.rig).left.white_balance);
+}
+
 /// What is said about this hardware: the line within it, from 1, and the rest.
 std::string fault_of_hardware(const std::string& lines) {
   const TemporaryFolder folder;
@@ -166,6 +180,8 @@ TEST(RobotFile, NamesLineKeyAndRemedyOfHardwareThatCannotBe) {
            {eyes + "rate: 15\n    exposure_ms: 80\n",
             {"5: hardware.cameras.exposure_ms: '80', expected a number from 0.1 to 66.6"}},
            {eyes + "gain: much\n", {"4: hardware.cameras.gain: 'much', expected a whole number"}},
+           {eyes + "white_balance: 100\n",
+            {"4: hardware.cameras.white_balance: '100', expected a whole number from 1000 to 20000 K"}},
            {eyes + "right:\n", {"4: hardware.cameras.right: nothing, expected a text"}},
            {"  camera:\n    left: /dev/video0\n", {"1: hardware.camera: ", "did you mean 'cameras'?"}},
            {"  head: {homing: {move: true, method: 17, speed_deg_s: 59.9}}\n", {"no fault"}},

@@ -108,6 +108,17 @@ TEST(HeadStart, ComesInsideTheLimitsWhenItBeginsOutside) {
   EXPECT_THAT(bench.pan.set_points, ElementsAre(45000));
 }
 
+TEST(HeadStart, IsRefusedFromFarOutsideTheLimitsWhereItMayNotComeInside) {
+  HeadConfig config;
+  config.may_come_inside = false;
+  HeadBench bench(config);
+  bench.pan.position = 50000;
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(3)));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kOutsideLimits);
+  bench.run(seconds(2));
+  EXPECT_EQ(bench.pan.position, 50000);
+}
+
 TEST(HeadStart, IgnoresCommandsUntilReady) {
   HeadBench bench;
   while (bench.head.state().health != HeadHealth::kReady) {
@@ -419,8 +430,12 @@ RC_GTEST_PROP(HeadCommands, NeverLeaveTheLimitsOnTheWire, ()) {
 }
 
 RC_GTEST_PROP(HeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
-  HeadBench bench;
-  bench.pan.position = *rc::gen::inRange(-44000, 44000);
+  HeadConfig config;
+  config.may_come_inside = false;
+  HeadBench bench(config);
+  const bool is_inside = *rc::gen::arbitrary<bool>();
+  bench.pan.position = is_inside ? *rc::gen::inRange(-44000, 44000)
+                                 : *rc::gen::element(-1, 1) * *rc::gen::inRange(45501, 90000);
   bench.tilt.position = *rc::gen::inRange(-29000, 44000);
   const std::int32_t pan = bench.pan.position, tilt = bench.tilt.position;
   // Loses frames both ways, lets drives boot and quick-stop at any time; no command is ever given.
@@ -439,7 +454,8 @@ RC_GTEST_PROP(HeadActivation, NeverJumpsWhateverHappensOnTheBus, ()) {
   bench.to_head = bench.to_drives = [](hal::CanFrame&) { return true; };
   bench.run(seconds(2));
   bench.head.recover();
-  RC_ASSERT(bench.start());
+  RC_ASSERT(bench.start() == is_inside);
+  RC_ASSERT(bench.pan.position == pan);
 }
 
 // --- configuration ---

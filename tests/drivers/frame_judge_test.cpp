@@ -24,7 +24,7 @@ class FrameJudgeTest : public ::testing::Test {
   }
   FrameKind judge(const FilledBuffer& frame) { return judge_.judge(frame, now_).kind; }
 
-  FrameJudge judge_{kBytes, std::chrono::milliseconds(8), std::chrono::milliseconds(3)};
+  FrameJudge judge_{FrameMeasure{kBytes, std::chrono::milliseconds(8), std::chrono::milliseconds(3)}};
   Time now_ = at_seconds(50);
   std::uint32_t sequence_ = 0;
 };

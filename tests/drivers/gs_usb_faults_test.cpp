@@ -1,6 +1,7 @@
 // The bus while its adapter, its cable or the bus behind it does not behave.
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -9,6 +10,7 @@
 #include "drivers/gs_usb_bus.h"
 #include "hal/error.h"
 #include "tests/drivers/gs_usb_bench.h"
+#include "tests/drivers/noise.h"
 
 namespace headway::drivers {
 namespace {
@@ -270,12 +272,15 @@ TEST_F(GsUsbFaults, FramesThatAreNeverOnTheBusAreGivenUpAfterATenthOfASecond) {
   EXPECT_EQ(adapter.seen.starts, starts);
   serve(0.03);
   EXPECT_EQ(adapter.seen.starts, starts + 1);
+  EXPECT_EQ(bus->state(), CanBusState::kBusOff);
   EXPECT_EQ(bus->stats().sent, 0u);
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(bus->send(frame(0x100))) << "its place is free again";
   EXPECT_FALSE(bus->send(frame(0x100)));
   adapter.echoes = true;
   serve();
   EXPECT_EQ(bus->stats().sent, 10u);
+  EXPECT_EQ(bus->state(), CanBusState::kErrorActive) << "for an echo has come";
+  EXPECT_EQ(bus->stats().bus_off, 1u);
 }
 
 TEST_F(GsUsbFaults, AnAdapterIsNotBlamedForAThreadThatWasHeldUp) {
@@ -298,15 +303,47 @@ TEST_F(GsUsbFaults, WhileNobodyAcknowledgesTheControllerIsStartedTenTimesASecond
   adapter.echoes = false;
   const int starts = adapter.seen.starts;
   for (int i = 0; i < 2000; ++i) {
+    adapter.state = {2, 0, 128};  // error passive, as a controller that stands alone
     bus->send(frame(0x100));
     serve();
+    if (i >= 22) {
+      ASSERT_EQ(bus->state(), CanBusState::kBusOff) << i;
+    }
   }
+  EXPECT_EQ(bus->stats().bus_off, 1u);
   EXPECT_NEAR(adapter.seen.starts - starts, 100, 20);
   EXPECT_EQ(bus->stats().gone, 0u);
   EXPECT_GT(bus->stats().refused, 100u);
   adapter.echoes = true;
   serve(0.2);
   EXPECT_TRUE(works());
+}
+
+RC_GTEST_FIXTURE_PROP(GsUsbFaults, NoFrameIsSentLateHoweverLongTheAdapterTakes, ()) {
+  open();
+  serve(1);
+  testing::Noise noise(*rc::gen::inRange(1u, 1u << 30));
+  // The bus loop goes on meanwhile. A frame says when it was meant to be on the bus.
+  std::vector<Time> meant;
+  usb.as_time_passes = [&] {
+    if (!bus || meant.size() > 0xFFFF) return;
+    hal::CanFrame next = frame(0x100);
+    next.data = {static_cast<std::uint8_t>(meant.size()), static_cast<std::uint8_t>(meant.size() >> 8)};
+    if (bus->send(next)) meant.push_back(clock.now());
+  };
+  for (int i = 0; i < 20; ++i) {
+    adapter.answer_takes = noise.percent() < 50 ? milliseconds(noise.below(490)) : milliseconds(0);
+    adapter.echoes = noise.percent() < 70;
+    if (noise.percent() < 20) adapter.stalls_writes = 1;
+    if (noise.percent() < 20) adapter.report_bus_off();
+    serve(0.01 * (noise.percent() + 1));
+  }
+  usb.as_time_passes = nullptr;
+  RC_ASSERT(adapter.seen.sent.size() > 10u);
+  for (const hal::CanFrame& sent : adapter.seen.sent) {
+    const std::size_t number = sent.data[0] + 256u * sent.data[1];
+    RC_ASSERT(sent.stamp - meant.at(number) <= milliseconds(120));
+  }
 }
 
 TEST_F(GsUsbFaults, AnEchoThatComesAfterItsFrameWasGivenUpIsCountedOnly) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "hal/angle.h"
 #include "hal/error.h"
 #include "tests/drivers/head_bench.h"
 #include "tests/drivers/noise.h"
@@ -258,6 +259,29 @@ TEST(HeadHomingCyclic, TakesNoPositionFromBeforeItWasAtHome) {
     return frame.id != 0x291 || !bench.pan.homed || bench.head.pan().phase != DrivePhase::kHoming;
   };
   EXPECT_TRUE(bench.start());
+}
+
+TEST_P(HeadHoming, ComesBeforeAnyAngleOfTheHead) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  bench.pan.position = 1'000'000;
+  bench.pan.home_reads = 1500;
+  while (bench.head.state().health != HeadHealth::kReady) {
+    bench.cycle();
+    ASSERT_LT(bench.now, at_seconds(110));
+    if (!bench.pan.homed) {
+      ASSERT_EQ(bench.head.state().stamp, Time{}) << "that means nothing yet";
+    }
+  }
+  EXPECT_GT(bench.head.state().stamp, bench.now - milliseconds(50));
+  // It has lost its home in a reboot.
+  bench.pan.homed = false;
+  bench.pan.boot(bench.now);
+  const Time last = bench.head.state().stamp;
+  bench.run(seconds(3));
+  ASSERT_EQ(bench.head.state().health, HeadHealth::kNotHomed);
+  EXPECT_EQ(bench.head.state().stamp, last);
+  EXPECT_NEAR(bench.head.state().position.pan, 1500 * kDegree / 1000, 1e-9);
 }
 
 TEST_P(HeadHoming, HaltsWhileTheOtherDriveIsAtFault) {

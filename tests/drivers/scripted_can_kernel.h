@@ -72,6 +72,7 @@ class ScriptedCanKernel : public CanSocketCalls {
 
   std::string interface = "can0";
   bool up = true, is_can = true;
+  bool runs = true;            ///< has a carrier: its controller is on the bus
   std::size_t room = 1 << 16;  ///< frames that the queue for sending takes
   Duration wall_ahead{};       ///< of the monotonic clock
   int refused_option = -1;     ///< setsockopt fails for it
@@ -105,7 +106,7 @@ class ScriptedCanKernel : public CanSocketCalls {
     if (request == SIOCGIFINDEX)
       about.ifr_ifindex = index_;
     else if (request == SIOCGIFFLAGS)
-      about.ifr_flags = static_cast<short>(up ? IFF_UP | IFF_RUNNING : 0);
+      about.ifr_flags = static_cast<short>((up ? IFF_UP : 0) | (up && runs ? IFF_RUNNING : 0));
     else
       return fail(EINVAL);
     return 0;

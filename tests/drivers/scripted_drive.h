@@ -73,7 +73,9 @@ class ScriptedDrive {
 
   void receive(const hal::CanFrame& frame, Time now) {
     using namespace hal::bus;
-    if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
+    if (frame.id == 0x701) {
+      master_heard_ = now;
+    } else if (const auto nmt = Nmt::unpack(frame); nmt && (nmt->node == 0 || nmt->node == node)) {
       operational = nmt->command == Nmt::Command::kStart;
       if (!operational) waiting_.reset();
     } else if (frame.id == Sync::kId) {
@@ -94,6 +96,12 @@ class ScriptedDrive {
     const std::int32_t step = mode_ == kCyclic ? 300 : 200;  // 60 and 40 deg/s at 5 ms
     if (never_acknowledges && mode_ == kCyclic) target = position;
     velocity_ = 0;
+    const std::uint32_t patience = objects[{0x1016, 1}] & 0xFFFF;
+    if (patience == 0) master_heard_.reset();
+    if (master_heard_ && now - *master_heard_ > std::chrono::milliseconds(patience)) {
+      master_heard_.reset();
+      if (state == State::kEnabled) quick_stop();
+    }
     if (homing_ > 0 && !halted && --homing_ == 0) find_home();
     if (state == State::kEnabled && !halted && mode_ != kHomingMode) {
       const std::int32_t move = std::clamp(target - position, -step, step);
@@ -263,6 +271,7 @@ class ScriptedDrive {
   Time synced_at_{}, target_at_{};
   int homing_ = 0;  ///< cycles left until it is at home
   Time heartbeat_at_{};
+  std::optional<Time> master_heard_;  ///< while it watches for that
 };
 
 }  // namespace headway::drivers::testing

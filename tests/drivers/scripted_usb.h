@@ -51,9 +51,10 @@ class ScriptedUsb final : public UsbCalls {
   /// Times at which somebody looked for adapters.
   std::vector<Time> searches;
   bool fails_to_start = false, has_no_memory = false;
-  std::function<void()> while_waiting;  ///< what another thread does then, once
-  int interruptions = 0;                ///< of waiting by a signal, how many more
-  bool waits_truly = false;             ///< for 1 ms or the bell, where threads are what is tested
+  std::function<void()> while_waiting;   ///< what another thread does then, once
+  std::function<void()> as_time_passes;  ///< what it does every 5 ms
+  int interruptions = 0;                 ///< of waiting by a signal, how many more
+  bool waits_truly = false;              ///< for 1 ms or the bell, where threads are what is tested
 
   /// What was taken and not given back.
   struct Held {
@@ -176,13 +177,13 @@ class ScriptedUsb final : public UsbCalls {
     if (!is_there(handle->device)) return LIBUSB_ERROR_NO_DEVICE;
     ScriptedAdapter& adapter = *handle->device->adapter;
     if (adapter.is_mute || adapter.answer_takes > timeout) {
-      clock_.advance(timeout);
+      pass(timeout);
       return LIBUSB_ERROR_TIMEOUT;
     }
     if (!handle->is_claimed || index != adapter.interface) return LIBUSB_ERROR_PIPE;
-    clock_.advance(adapter.answer_takes / 2);
+    pass(adapter.answer_takes / 2);
     const int result = answer(adapter, type, request, value, data);
-    clock_.advance(adapter.answer_takes / 2);
+    pass(adapter.answer_takes / 2);
     return result;
   }
 
@@ -214,12 +215,21 @@ class ScriptedUsb final : public UsbCalls {
     if (while_waiting) std::exchange(while_waiting, nullptr)();
     if (deliver()) return 0;
     pollfd rings{bell, POLLIN, 0};
-    if (poll(&rings, 1, waits_truly ? 1 : 0) == 0) clock_.advance(longest);
+    if (poll(&rings, 1, waits_truly ? 1 : 0) == 0) pass(longest);
     return 0;
   }
   const char* error_name(int error) const noexcept override { return libusb_error_name(error); }
 
  private:
+  void pass(Duration time) {
+    for (constexpr Duration kStep = std::chrono::milliseconds(5); as_time_passes && time > kStep;
+         time -= kStep) {
+      clock_.advance(kStep);
+      as_time_passes();
+    }
+    clock_.advance(time);
+    if (as_time_passes) as_time_passes();
+  }
   /// The interface for CAN and, as on candleLights, one for the firmware's update.
   struct Config : libusb_config_descriptor {
     explicit Config(const ScriptedAdapter& adapter) : libusb_config_descriptor{} {

@@ -255,6 +255,27 @@ TEST(SocketCanBus, IsOffTheBusUntilTheControllerIsRestarted) {
   EXPECT_TRUE(bench.bus().send(kFrame));
 }
 
+TEST(SocketCanBus, KnowsWhenItOpensTheInterfaceThatItsControllerIsOffTheBusAlready) {
+  Bench bench;
+  bench.kernel.runs = false;
+  const auto is_off_and_comes_back = [&](std::uint64_t times) {
+    EXPECT_EQ(bench.bus().state(), CanBusState::kBusOff);
+    EXPECT_EQ(bench.bus().stats().bus_off, times);
+    EXPECT_FALSE(bench.bus().send(kFrame)) << "the kernel would throw it away";
+    bench.report(CAN_ERR_RESTARTED);
+    EXPECT_EQ(bench.bus().state(), CanBusState::kErrorActive);
+    EXPECT_TRUE(bench.bus().send(kFrame));
+  };
+  is_off_and_comes_back(1);
+  bench.kernel.unplug();
+  bench.received();
+  ASSERT_EQ(bench.bus().state(), CanBusState::kGone);
+  bench.kernel.plug(9);
+  bench.clock.advance(5s);
+  bench.received();
+  is_off_and_comes_back(2);
+}
+
 TEST(SocketCanBus, IsOnTheBusAgainWhenItHearsOthers) {
   Bench bench;
   bench.bus();

@@ -212,6 +212,19 @@ TEST_F(V4l2Faults, SaysThatACameraCameBackWithAnotherFormat) {
   EXPECT_TRUE(becomes(CameraState::kStreaming, kMended));
 }
 
+TEST(V4l2FaultsOfACamera, ThatComesBackWithShorterLinesAreNone) {
+  CameraBench bench;
+  bench.device->padding = 16;
+  bench.start();
+  bench.device->unplug();
+  bench.run(seconds(0.1));
+  bench.device->padding = 0;
+  bench.device->plug();
+  EXPECT_TRUE(bench.run_until(CameraState::kStreaming, kMended));
+  bench.run(seconds(0.5));
+  EXPECT_EQ(bench.stats().damaged, 0u);
+}
+
 TEST_F(V4l2Faults, SaysThatACameraCameBackAndRefusesItsSettings) {
   device_.unplug();
   bench_.run(seconds(0.1));

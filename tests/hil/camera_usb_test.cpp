@@ -71,6 +71,7 @@ TEST_F(UsbCamera, HoldsNothingMoreAfterFiftyUnplugs) {
   camera_.emplace(config_, clock_);
   ASSERT_TRUE(until_state(hal::CameraState::kStreaming));
   const Held while_open = held_now();
+  EXPECT_GT(while_open.camera_buffers, while_closed.camera_buffers);
   for (int i = 0; i < 50; ++i) {
     ASSERT_TRUE(unplug()) << i;
     ASSERT_TRUE(until_state(hal::CameraState::kGone)) << i;

@@ -338,6 +338,7 @@ TEST_F(VividCamera, HoldsNothingMoreAfterFiftyUnplugs) {
   const Held while_closed = held_now();
   open();
   const Held while_open = held_now();
+  EXPECT_GT(while_open.camera_buffers, while_closed.camera_buffers);
   for (std::uint64_t i = 0; i < 50; ++i) {
     // While udev still looks at the old device file, the next one gets another name.
     ASSERT_EQ(run("udevadm settle && echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind"), 0);

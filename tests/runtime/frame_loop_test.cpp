@@ -1,6 +1,7 @@
 // The frame loop between eyes that show what a test wants, and a bus loop with a robot that walks.
 #include "runtime/frame_loop.h"
 
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -183,11 +184,13 @@ TEST(FrameLoop, WalksOnWhenItSeesAgain) {
 }
 
 TEST(FrameLoop, WalksOnAfterAGapInThePicturesButNotAfterALongOne) {
-  for (const double gap : {1.5, 4.0}) {
+  for (const auto& [gap, frozen] : {std::pair(1.5, false), {4.0, false}, {1.5, true}, {4.0, true}}) {
     WalkingRobot robot;
-    robot.eyes.silent = true;
+    robot.eyes.silent = !frozen;
+    if (frozen) robot.eyes.break_down(kFrozen);
     robot.run(gap);
     robot.eyes.silent = false;
+    robot.eyes.break_down("");
     robot.run_until_over();
     EXPECT_EQ(robot.mission.state(), gap < 3 ? MissionState::kArrived : MissionState::kStopped)
         << robot.mission.reason();

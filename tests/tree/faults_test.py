@@ -11,7 +11,23 @@ TEST = re.compile(r"\b(?:RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP|TEST|TEST_F|TEST_P)
 
 
 def tests_in(text):
-    return {f"{suite}.{name}" for suite, name in TEST.findall(text)}
+    """Each with its text."""
+    return {f"{found[1]}.{found[2]}": text[found.start() : text.find("\n}\n", found.end())] for found in TEST.finditer(text)}
+
+
+def known_tests():
+    return {name: body for file in (ROOT / "tests").rglob("*_test.cpp") for name, body in tests_in(file.read_text()).items()}
+
+
+def named_in(row):
+    return re.findall(r"`(\w+\.\w+)`", row.rstrip(" |").split("|")[-1])
+
+
+def unproven_states(row, tests):
+    """The states beside the fault's name that occur in none of the tests that the row names."""
+    bodies = "\n".join(tests.get(name, "") for name in named_in(row))
+    states = re.findall(r"`\w+::(k\w+)`", "|".join(row.split("|")[2:-2]))
+    return [state for state in states if not re.search(rf"\b{state}\b", bodies)]
 
 
 def rows_with_proof(text):
@@ -29,16 +45,23 @@ def rows_with_proof(text):
 
 class Faults(unittest.TestCase):
     def test_every_row_names_tests_that_exist(self):
-        known = set()
-        for file in (ROOT / "tests").rglob("*_test.cpp"):
-            known |= tests_in(file.read_text())
+        known = known_tests()
         rows = rows_with_proof(TABLE)
         self.assertGreater(len(rows), 30)
         for row in rows:
-            named = re.findall(r"`(\w+\.\w+)`", row.rstrip(" |").split("|")[-1])
+            named = named_in(row)
             self.assertTrue(named, f"no test proves: {row}")
             for name in named:
                 self.assertIn(name, known)
+
+    def test_every_state_occurs_in_a_test_that_its_row_names(self):
+        known = known_tests()
+        for row in rows_with_proof(TABLE):
+            self.assertEqual(unproven_states(row, known), [], row)
+
+    def test_a_state_that_no_named_test_looks_at_is_found(self):
+        row = "| `K::kFault` | at once | `K::kLost`, `K::kGone` | – | `A.B` |"
+        self.assertEqual(unproven_states(row, {"A.B": "is(K::kLost)", "C.D": "is(K::kGone)"}), ["kGone"])
 
     def test_every_state_exists(self):
         sources = "\n".join(file.read_text() for room in ("hal", "nav", "runtime") for file in (ROOT / room).glob("*.h"))
@@ -52,7 +75,8 @@ class Faults(unittest.TestCase):
         self.assertEqual(rows_with_proof(text), ["| a | `A.B` |"])
 
     def test_an_unknown_test_is_found(self):
-        self.assertEqual(tests_in("TEST(A, B) {\nRC_GTEST_PROP(C,\n              D, ()) {"), {"A.B", "C.D"})
+        text = "TEST(A, B) {\n  b;\n}\n\nRC_GTEST_PROP(C,\n              D, ()) {\n  d;\n}\n"
+        self.assertEqual(tests_in(text), {"A.B": "TEST(A, B) {\n  b;", "C.D": "RC_GTEST_PROP(C,\n              D, ()) {\n  d;"})
 
 
 if __name__ == "__main__":

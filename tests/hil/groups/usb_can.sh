@@ -99,6 +99,17 @@ done
 tell state bus-off
 wait_for "bus-off" state_is BUS-OFF
 
+say "Headway's SocketCAN transport hears the kernel's controller go off the bus"
+ip link set can0 down
+up
+"$build/headway" can dump --bus socketcan:can0 >/tmp/dumped 2>/tmp/states &
+dumping=$!
+wait_for "the dump's socket" grep -q '^ *can0' /proc/net/can/rcvlist_all
+tell state bus-off
+wait_for "the transport to hear of it" grep -qx 'socketcan:can0: off the bus' /tmp/states
+kill "$dumping"
+wait "$dumping" || true
+
 say "pulled out, it is gone; plugged in again, it is back"
 tell unplug
 wait_for "the kernel to miss the adapter" gone
