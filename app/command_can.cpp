@@ -20,6 +20,7 @@
 #include "app/finite_range.h"
 #include "app/interrupts.h"
 #include "app/report.h"
+#include "app/standard_streams.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 
@@ -133,12 +134,11 @@ class Printer {
   void sum_up() const {
     DecodedCounts c;
     for (const auto& [bus, decoder] : decoders_) c += decoder.counts();
-    fmt::print(stderr,
-               "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
-               "sequence, {} lost by "
-               "their counters, {} of other kinds\n",
-               printed_, c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost,
-               strange_);
+    say_error(
+        "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
+        "sequence, {} lost by "
+        "their counters, {} of other kinds\n",
+        printed_, c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost, strange_);
   }
 
  private:
@@ -180,8 +180,8 @@ bool dump_log(const DumpOptions& options, Printer& printer) {
   }
   if (bad == 0) return true;
   if (printer.printed() == 0) throw InputError(told.front());
-  for (const std::string& what : told) fmt::print(stderr, "{}\n", what);
-  fmt::print(stderr, "lines that are no frames, passed over: {}\n", bad);
+  for (const std::string& what : told) say_error("{}\n", what);
+  say_error("lines that are no frames, passed over: {}\n", bad);
   return false;
 }
 
@@ -203,16 +203,15 @@ void dump_bus(const DumpOptions& options, Printer& printer) {
       printer.print({LoggedFrame::Kind::kData, name, frame.stamp.time_since_epoch(), frame});
     if (transport.bus->state() != told) {
       told = transport.bus->state();
-      fmt::print(stderr, "{}: {}\n", options.bus, name_of(told));
+      say_error("{}: {}\n", options.bus, name_of(told));
     }
     if (received == room) continue;
-    std::fflush(stdout);
+    flush_output();
     transport.serve ? transport.serve(kPause) : clock.sleep_until(clock.now() + kPause);
   }
   const hal::CanBusStats stats = transport.bus->stats();
-  fmt::print(stderr,
-             "{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
-             options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
+  say_error("{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
+            options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
 }
 
 int dump(const DumpOptions& options) {
