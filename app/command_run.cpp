@@ -240,7 +240,7 @@ int run(Options options) {
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
   const std::string memory_refusal = runtime::lock_memory(robot.loops.real_time);
   // What the session needs until it has come to rest is made before it.
-  Interrupts interrupts;
+  Interrupts interrupts(hang_up_of_a_service());
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
   const auto adapter = serve(wire, robot.loops.real_time);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The program with streams that are closed or full: nothing that is meant for people goes elsewhere, and its exit
-codes hold.
+"""The program with streams that are closed or full, or without a terminal: nothing that is meant for people goes
+elsewhere, its exit codes hold, and it ends when it is told to.
 
 usage: tests/app/standard_streams_test.py --headway PATH
 """
@@ -17,7 +17,7 @@ import tty
 import unittest
 
 HEADWAY = None
-LONGEST = 60  # [s]; nothing here takes so long unless it hangs
+LONGEST = 20  # [s]; nothing here takes so long unless it hangs
 
 
 class Adapter:
@@ -89,6 +89,17 @@ class StandardStreams(unittest.TestCase):
                                      stdout=full, stderr=subprocess.PIPE, timeout=LONGEST)
         self.assertEqual(program.returncode, 3)
         self.assertIn(b"No space left on device", program.stderr)
+
+    def test_a_hang_up_ends_a_dump_that_has_no_terminal(self):
+        with Adapter() as adapter, subprocess.Popen([HEADWAY, "can", "dump", "--bus", "slcan:" + adapter.path],
+                                                    start_new_session=True, stdout=subprocess.PIPE,
+                                                    stderr=subprocess.DEVNULL) as program:
+            program.stdout.readline()
+            program.send_signal(signal.SIGHUP)
+            try:
+                self.assertEqual(program.wait(LONGEST), 0)
+            finally:
+                program.kill()
 
 
 if __name__ == "__main__":
