@@ -1,6 +1,9 @@
+#include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -16,6 +19,7 @@
 #include "drivers/can_links.h"
 #include "hal/clock.h"
 #include "hal/error.h"
+#include "nav/whole_file.h"
 
 namespace headway::app {
 
@@ -89,9 +93,42 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, const I
   }
 }
 
-int run(const Options& options) {
-  // A verdict of an earlier time must not be taken for this one's.
-  if (!options.json.empty()) write_json(options.json, Json());
+/// The file for other programs: a verdict of this time, or why there is none.
+class VerdictFile {
+ public:
+  /// From now on an earlier verdict must not be taken for this time's. Throws InputError where the file is
+  /// none of the doctor's, such as the robot file.
+  explicit VerdictFile(std::filesystem::path file) : file_(std::move(file)) {
+    if (file_.empty() || nav::is_stream(file_)) return;
+    require_own();
+    say_why_not("the doctor has not come to its end");
+  }
+
+  void write(const Diagnosis& diagnosis) const {
+    if (!file_.empty()) write_json(file_, diagnosis.json());
+  }
+  void say_why_not(const std::string& error) const {
+    if (!file_.empty())
+      write_json(file_, {{"verdict", "fail"}, {"findings", Json::array()}, {"error", error}});
+  }
+
+ private:
+  void require_own() const {
+    std::error_code none;
+    if (!std::filesystem::exists(file_, none) || std::filesystem::is_empty(file_, none)) return;
+    std::ifstream in(file_, std::ios::binary);
+    const Json former = Json::parse(in, nullptr, false);
+    if (!former.is_object() || !former.contains("verdict") || !former.contains("findings"))
+      throw InputError(
+          fmt::format("--json: {}: is of something else, expected nothing there, or what an earlier 'headway "
+                      "doctor' wrote",
+                      file_.string()));
+  }
+
+  std::filesystem::path file_;
+};
+
+Diagnosis examine(const Options& options) {
   const Robot robot = read_robot(options.robot);
   HardwareConfig hardware = robot.hardware;
   if (!options.bus.empty()) hardware.bus = options.bus;
@@ -99,16 +136,36 @@ int run(const Options& options) {
   if (!options.right.empty()) hardware.right = options.right;
   Diagnosis diagnosis;
   const Interrupts interrupts;
+  std::size_t told = 0;
+  const auto tell = [&] {
+    // Where nobody reads it, that is told at the end: the verdict for other programs comes before.
+    std::fputs(diagnosis.text(std::exchange(told, diagnosis.findings().size())).c_str(), stdout);
+    std::fflush(stdout);
+  };
   examine_machine(MachineFacts::of_this_machine(), diagnosis);
   look_at_can_links(hardware.bus, diagnosis);
+  tell();
   look_at_bus(robot, hardware.bus, interrupts, diagnosis);
+  tell();
   if (!interrupts.asked()) look_at_cameras(robot, hardware, interrupts, diagnosis);
   if (interrupts.asked()) {
     diagnosis.about("doctor");
     diagnosis.fail("interrupted", "not all was looked at; the head holds where it is", "run it again");
   }
-  fmt::print("{}", diagnosis.text());
-  if (!options.json.empty()) write_json(options.json, diagnosis.json());
+  tell();
+  return diagnosis;
+}
+
+int run(const Options& options) {
+  const VerdictFile file(options.json);
+  Diagnosis diagnosis;
+  try {
+    diagnosis = examine(options);
+  } catch (const std::exception& fault) {
+    file.say_why_not(fault.what());
+    throw;
+  }
+  file.write(diagnosis);
   return diagnosis.worst() == Verdict::kFail ? kNotReached : kSuccess;
 }
 
@@ -123,11 +180,14 @@ void add_doctor(CLI::App& app, Run& run_command) {
   command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())->check(can_bus_name());
   command->add_option("--left", options->left, "Left camera, in place of the robot file's");
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
-  command->add_option("--json", options->json, "Also write the findings into this file");
+  command->add_option("--json", options->json,
+                      "Also write the findings into this file (/dev/stdout: below them)");
   command->footer(
       "The head's drives are switched on and hold where they are; nothing walks. Not beside 'headway run'.\n"
       "A line for each finding: ok, warn or fail, with what to do below it. Exit code 0 unless something "
-      "failed.\nCtrl-C ends it in order, with what was found so far and exit code 1.");
+      "failed.\nCtrl-C ends it in order, with what was found so far and exit code 1.\nThe file of --json "
+      "holds "
+      "\"error\" where the doctor came to no verdict of its own.");
   command->callback([options, &run_command] { run_command = [options] { return run(*options); }; });
 }
 

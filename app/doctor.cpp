@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -113,9 +114,9 @@ Verdict Diagnosis::worst() const {
   return worst;
 }
 
-std::string Diagnosis::text() const {
+std::string Diagnosis::text(std::size_t first) const {
   std::string lines;
-  for (const Finding& f : findings_) {
+  for (const Finding& f : std::span(findings_).subspan(first)) {
     lines += fmt::format("{:4}  {:8} {}: {}\n", word(f.verdict), f.part, f.what, f.found);
     if (!f.remedy.empty()) lines += fmt::format("                 {}\n", f.remedy);
   }

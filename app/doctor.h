@@ -1,6 +1,7 @@
 // Findings about a machine and the robot on its wires, for a person who brings the hardware up.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -33,7 +34,8 @@ class Diagnosis {
 
   const std::vector<Finding>& findings() const { return findings_; }
   Verdict worst() const;
-  std::string text() const;
+  /// Of all, or of those from the `first` on.
+  std::string text(std::size_t first = 0) const;
   Json json() const;
 
  private:

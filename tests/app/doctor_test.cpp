@@ -114,6 +114,50 @@ TEST(Doctor, WritesALineForEachFindingAndItsRemedyBelow) {
   EXPECT_EQ(diagnosis.json()["findings"][1]["remedy"], "switch the head on");
 }
 
+/// Of the shipped robot, whose bus is not there: nothing is waited for.
+test::Outcome doctor(const std::filesystem::path& robot, const std::filesystem::path& json) {
+  return test::run_headway(
+      {"doctor", robot.string(), "--bus", "slcan:/nowhere/tty", "--json", json.string()});
+}
+
+TEST(DoctorCommand, WritesItsVerdictOverNothingButItsOwn) {
+  const TemporaryFolder folder;
+  const std::string robot = read_text(source_dir() / "config/hrp2/robot.yaml");
+  std::filesystem::copy(source_dir() / "config/hrp2/rigs", folder / "rigs");
+  write_text(folder / "robot.yaml", robot);
+  write_text(folder / "other.json", "{\"verdict\": \"ok\"}\n");
+  std::filesystem::create_symlink(folder / "robot.yaml", folder / "link.json");
+  for (const char* name : {"robot.yaml", "link.json", "rigs/bottom.yaml", "other.json"}) {
+    const std::string before = read_text(folder / name);
+    EXPECT_TRUE(test::says(doctor(folder / "robot.yaml", folder / name), {"--json: ", name, "expected"}));
+    EXPECT_EQ(read_text(folder / name), before) << name;
+  }
+  write_text(folder / "found.json", "");
+  for (int i = 0; i < 3; ++i) {
+    const test::Outcome outcome = doctor(folder / "robot.yaml", folder / "found.json");
+    EXPECT_EQ(outcome.code, kNotReached) << outcome.error;
+    EXPECT_EQ(Json::parse(read_text(folder / "found.json"))["verdict"], "fail");
+  }
+}
+
+TEST(DoctorCommand, LeavesTheErrorInPlaceOfAnEarlierVerdict) {
+  const TemporaryFolder folder;
+  doctor(source_dir() / "config/hrp2/robot.yaml", folder / "found.json");
+  const test::Outcome outcome = doctor(folder / "absent.yaml", folder / "found.json");
+  EXPECT_EQ(outcome.code, kBadInput);
+  const Json found = Json::parse(read_text(folder / "found.json"));
+  EXPECT_EQ(found["verdict"], "fail");
+  EXPECT_EQ("headway: " + found["error"].get<std::string>() + "\n", outcome.error);
+}
+
+TEST(DoctorCommand, WritesItsVerdictOnceWhereItGoesToItsOwnOutput) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("/proc/self/fd/1", folder / "stdout");
+  const std::string said = doctor(source_dir() / "config/hrp2/robot.yaml", folder / "stdout").said;
+  EXPECT_THAT(said, testing::StartsWith("ok    machine  kernel"));
+  EXPECT_EQ(Json::parse(said.substr(said.find("\n{") + 1))["verdict"], "fail");
+}
+
 TEST(DoctorCommand, EndsInOrderOnCtrlCAndSaysSo) {
   using drivers::testing::Deadline, drivers::testing::Pty;
   const TemporaryFolder folder;
