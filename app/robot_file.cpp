@@ -247,9 +247,12 @@ void read_homing(const Section& homing, double fastest, drivers::HomingConfig& c
   using Policy = drivers::HomingConfig::Policy;
   const bool moves = homing.flag_or("move", false);
   config.policy = moves ? Policy::kMove : Policy::kRequired;
-  if (!moves) return;
-  config.method = homing.integer("method", {-128, 127});
-  if (config.method == 0) homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
+  if (!homing.has("move")) return;  // whoever says how must say whether
+  // What only counts with a move is checked all the same: it stands there for the day when it is allowed.
+  config.method =
+      moves ? homing.integer("method", {-128, 127}) : homing.integer_or("method", config.method, {-128, 127});
+  if (homing.has("method") && config.method == 0)
+    homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
   const double most = std::round(fastest / kDegree * 1e6) / 1e6;  // as it was written
   const auto speed = [&](std::string_view key, double usual) {
     return kDegree *
