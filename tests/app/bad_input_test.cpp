@@ -204,6 +204,11 @@ TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
       refuses({"node", robot, "--world", world, "--bus", "vcan0"}, "node: --bus: is 'vcan0', expected"));
   EXPECT_TRUE(refuses({"node", robot, "--world", world, "--bus", "socketcan:vcan0", "--left", "x"},
                       "node: --left or --right is missing, expected both or neither"));
+  for (const char* same : {"e", "./e", "nowhere/../e"})
+    EXPECT_TRUE(
+        refuses({"node", robot, "--world", world, "--bus", "socketcan:vcan0", "--left", "e", "--right", same},
+                "is the left eye as well, expected a pipe for each"))
+        << same;
   EXPECT_TRUE(
       refuses({"node", robot, "--camera", "3"}, "node: --camera is no option; did you mean --camera-delay?"));
   EXPECT_TRUE(refuses({"doctor", robot, "--json"}, "doctor: --json: a value is missing, expected "));
