@@ -185,7 +185,8 @@ bool dump_log(const DumpOptions& options, Printer& printer) {
   return false;
 }
 
-void dump_bus(const DumpOptions& options, Printer& printer) {
+/// True unless its adapter went away and has not come back.
+bool dump_bus(const DumpOptions& options, Printer& printer) {
   const Interrupts interrupts;
   std::signal(SIGPIPE, SIG_DFL);  // a reader that leaves ends it, as any filter
   hal::MonotonicClock clock;
@@ -212,6 +213,7 @@ void dump_bus(const DumpOptions& options, Printer& printer) {
   const hal::CanBusStats stats = transport.bus->stats();
   say_error("{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
             options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
+  return transport.bus->state() != hal::CanBusState::kGone;
 }
 
 int dump(const DumpOptions& options) {
@@ -220,11 +222,7 @@ int dump(const DumpOptions& options) {
   if (options.seconds && !options.log.empty())
     throw InputError("can dump: --seconds is for a bus; a log ends by itself, or after --count frames");
   Printer printer(options.json);
-  bool whole = true;
-  if (options.log.empty())
-    dump_bus(options, printer);
-  else
-    whole = dump_log(options, printer);
+  const bool whole = options.log.empty() ? dump_bus(options, printer) : dump_log(options, printer);
   printer.sum_up();
   return whole ? kSuccess : kNotReached;
 }
@@ -249,7 +247,7 @@ void add_can(CLI::App& app, Run& run) {
       "that\n"
       "are no frames are told there and passed over; then the exit code is 1, and 2 where there is no frame "
       "at "
-      "all.");
+      "all. It is 1 as well where the bus's adapter is gone at the end.");
   command->add_option("--bus", options->bus, fmt::format("The bus: {}", can_transports()))
       ->check(can_bus_name())
       ->type_name("TRANSPORT");

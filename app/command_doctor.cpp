@@ -60,7 +60,8 @@ void look_at_bus(const Robot& robot, const std::string& name, const Interrupts& 
     const auto adapter = serve(wire);
     diagnosis.ok("opened", name);
     if (!wire.adapter.empty()) diagnosis.ok("adapter", wire.adapter);
-    examine_bus(robot, *wire.bus, clock, kListen, diagnosis, [&] { return interrupts.asked(); });
+    examine_bus(
+        robot, *wire.bus, clock, kListen, diagnosis, [&] { return interrupts.asked(); }, wire.tells_state);
   } catch (const Error& fault) {
     diagnosis.fail("opened", "not " + name, fault.what());
   }
