@@ -16,6 +16,7 @@
 #include "app/examine_wires.h"
 #include "app/hardware.h"
 #include "app/interrupts.h"
+#include "app/slower_option.h"
 #include "drivers/can_links.h"
 #include "hal/clock.h"
 #include "hal/error.h"
@@ -28,6 +29,7 @@ namespace {
 struct Options {
   std::filesystem::path robot, json;
   std::string bus, left, right;
+  double slower = 1;
 };
 
 constexpr Duration kListen = seconds(4);
@@ -47,7 +49,7 @@ void look_at_can_links(const std::string& bus, Diagnosis& diagnosis) {
   if (is_the_kernels) examine_usb_adapter("/", interface, diagnosis);
 }
 
-void look_at_bus(const Robot& robot, const std::string& name, const Interrupts& interrupts,
+void look_at_bus(const Robot& robot, const std::string& name, hal::Clock& clock, const Interrupts& interrupts,
                  Diagnosis& diagnosis) {
   diagnosis.about("bus");
   if (name.empty()) {
@@ -55,7 +57,6 @@ void look_at_bus(const Robot& robot, const std::string& name, const Interrupts& 
     return;
   }
   try {
-    hal::MonotonicClock clock;
     const CanTransport wire = open_can_transport(name, clock);
     const auto adapter = serve(wire);
     diagnosis.ok("opened", name);
@@ -67,8 +68,8 @@ void look_at_bus(const Robot& robot, const std::string& name, const Interrupts& 
   }
 }
 
-void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, const Interrupts& interrupts,
-                     Diagnosis& diagnosis) {
+void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, hal::Clock& clock,
+                     const Interrupts& interrupts, Diagnosis& diagnosis) {
   diagnosis.about("eyes");
   if (hardware.left.empty() || hardware.right.empty()) {
     diagnosis.fail(
@@ -80,7 +81,6 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, const I
     return;
   }
   try {
-    hal::MonotonicClock clock;
     const drivers::StereoPairConfig pair = camera_pair(hardware, robot.rig);
     examine_usb_cameras("/", pair, diagnosis);
     diagnosis.about("eyes");
@@ -135,6 +135,8 @@ Diagnosis examine(const Options& options) {
   if (!options.bus.empty()) hardware.bus = options.bus;
   if (!options.left.empty()) hardware.left = options.left;
   if (!options.right.empty()) hardware.right = options.right;
+  require_simulated(options.slower, hardware.bus);
+  hal::ScaledClock clock(options.slower);
   Diagnosis diagnosis;
   const Interrupts interrupts;
   std::size_t told = 0;
@@ -146,9 +148,9 @@ Diagnosis examine(const Options& options) {
   examine_machine(MachineFacts::of_this_machine(), diagnosis);
   look_at_can_links(hardware.bus, diagnosis);
   tell();
-  look_at_bus(robot, hardware.bus, interrupts, diagnosis);
+  look_at_bus(robot, hardware.bus, clock, interrupts, diagnosis);
   tell();
-  if (!interrupts.asked()) look_at_cameras(robot, hardware, interrupts, diagnosis);
+  if (!interrupts.asked()) look_at_cameras(robot, hardware, clock, interrupts, diagnosis);
   if (interrupts.asked()) {
     diagnosis.about("doctor");
     diagnosis.fail("interrupted", "not all was looked at; the head holds where it is", "run it again");
@@ -183,6 +185,7 @@ void add_doctor(CLI::App& app, Run& run_command) {
   command->add_option("--right", options->right, "Right camera, in place of the robot file's");
   command->add_option("--json", options->json,
                       "Also write the findings into this file (/dev/stdout: below them)");
+  add_slower_option(*command, options->slower);
   command->footer(
       "The head's drives are switched on and hold where they are; nothing walks. Not beside 'headway run'.\n"
       "A line for each finding: ok, warn or fail, with what to do below it. Exit code 0 unless something "

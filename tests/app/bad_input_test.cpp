@@ -211,6 +211,10 @@ TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
         << same;
   EXPECT_TRUE(
       refuses({"node", robot, "--camera", "3"}, "node: --camera is no option; did you mean --camera-delay?"));
+  for (const char* command : {"run", "doctor"})
+    EXPECT_TRUE(
+        refuses({command, robot, "--bus", "socketcan:can0", "--left", "l", "--right", "r", "--slower", "4"},
+                "--slower: would stretch every time-out of a robot on socketcan:can0"));
   EXPECT_TRUE(refuses({"doctor", robot, "--json"}, "doctor: --json: a value is missing, expected "));
   EXPECT_TRUE(refuses({"doctor", robot, "--bus", "can0"}, "doctor: --bus: is 'can0', expected one like"));
   EXPECT_TRUE(
