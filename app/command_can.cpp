@@ -30,7 +30,7 @@ namespace {
 
 struct DumpOptions {
   std::string bus, log;
-  bool json = false;
+  bool json = false, candump = false;
   std::optional<std::uint64_t> count;  ///< frames
   std::optional<double> seconds;       ///< of a bus
 };
@@ -45,6 +45,14 @@ std::string id_of(const LoggedFrame& f) {
   return f.kind == LoggedFrame::Kind::kData || (f.kind == LoggedFrame::Kind::kRemote && f.frame.id <= 0x7FF)
              ? fmt::format("{:03X}", f.frame.id)
              : fmt::format("{:08X}", f.frame.id);
+}
+
+/// As candump -l has it: 044#2A366C2BBA.
+std::string log_text_of(const LoggedFrame& f) {
+  if (f.kind == LoggedFrame::Kind::kRemote) return fmt::format("{}#R{}", id_of(f), f.frame.dlc);
+  if (f.kind == LoggedFrame::Kind::kError)
+    return fmt::format("{:08X}#{}", f.frame.id | CandumpLog::kErrorFlag, hex_of(f.frame, ""));
+  return fmt::format("{}#{}", id_of(f), hex_of(f.frame, ""));
 }
 
 /// What is not a data frame with an 11-bit identifier, in a word.
@@ -102,7 +110,7 @@ Json json_of(const DecodedFrame& decoded) {
 /// One line for each frame.
 class Printer {
  public:
-  explicit Printer(bool json) : json_(json) {}
+  Printer(bool json, bool candump) : json_(json), candump_(candump) {}
 
   void print(const LoggedFrame& f) {
     const bool known = f.kind == LoggedFrame::Kind::kData;
@@ -111,6 +119,10 @@ class Printer {
     const DecodedFrame decoded = known ? decoders_[f.bus].decode(f.frame) : DecodedFrame{};
     const std::string stamp = fmt::format("{}.{:06}", f.stamp / std::chrono::seconds(1),
                                           f.stamp % std::chrono::seconds(1) / std::chrono::microseconds(1));
+    if (candump_) {
+      fmt::print("({:0>17}) {} {}\n", stamp, f.bus, log_text_of(f));
+      return;
+    }
     if (!json_) {
       fmt::print("({:0>17})  {}  {}  [{}]  {:<23}  {}\n", stamp, f.bus, id_of(f), f.frame.dlc,
                  hex_of(f.frame, " "), known ? text_of(decoded) : kind_of(f));
@@ -142,7 +154,7 @@ class Printer {
   }
 
  private:
-  bool json_;
+  bool json_, candump_;
   std::map<std::string, CanDecoder> decoders_;  ///< of each bus: a log may hold several
   std::uint64_t printed_ = 0, strange_ = 0;
 };
@@ -175,6 +187,8 @@ bool dump_log(const DumpOptions& options, Printer& printer) {
   });
   while (printer.printed() < options.count.value_or(UINT64_MAX)) {
     const auto frame = log.next();
+    if (!frame && bad == 0 && printer.printed() == 0)
+      throw InputError(fmt::format("{}: holds no frame, expected a log that candump -l wrote", options.log));
     if (!frame) break;
     printer.print(*frame);
   }
@@ -221,7 +235,7 @@ int dump(const DumpOptions& options) {
     throw InputError(fmt::format("can dump: expected either --bus ({}) or --log FILE", can_transports()));
   if (options.seconds && !options.log.empty())
     throw InputError("can dump: --seconds is for a bus; a log ends by itself, or after --count frames");
-  Printer printer(options.json);
+  Printer printer(options.json, options.candump);
   const bool whole = options.log.empty() ? dump_bus(options, printer) : dump_log(options, printer);
   printer.sum_up();
   return whole ? kSuccess : kNotReached;
@@ -240,6 +254,7 @@ void add_can(CLI::App& app, Run& run) {
       "node in CANopen, what counter and CRC say of it, and its values with units or names.\n"
       "  headway can dump --bus socketcan:can0 --seconds 10\n"
       "  headway can dump --log walk.log --json\n"
+      "  headway can dump --bus socketcan:can0 --candump > walk.log\n"
       "Without --count and --seconds a bus is shown until Ctrl-C. It only listens, but an slcan adapter is "
       "told to go\n"
       "on the bus at 500 kbit/s. How many frames may not be used is told at the end, on stderr. Lines of a "
@@ -259,7 +274,11 @@ void add_can(CLI::App& app, Run& run) {
   command->add_option("--seconds", options->seconds, "Ends after so long")
       ->check(finite_in(0.001, 1e6))
       ->type_name("S");
-  command->add_flag("--json", options->json, "One JSON object for each frame");
+  CLI::Option* json = command->add_flag("--json", options->json, "One JSON object for each frame");
+  command
+      ->add_flag("--candump", options->candump,
+                 "Lines as candump -l writes them and --log reads them, without a meaning")
+      ->excludes(json);
   command->callback([options, &run] { run = [options] { return dump(*options); }; });
 }
 
