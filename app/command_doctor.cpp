@@ -145,7 +145,8 @@ Diagnosis examine(const Options& options) {
     std::fputs(diagnosis.text(std::exchange(told, diagnosis.findings().size())).c_str(), stdout);
     std::fflush(stdout);
   };
-  examine_machine(MachineFacts::of_this_machine(), diagnosis);
+  examine_machine(MachineFacts::of_this_machine(), robot.loops.real_time, diagnosis);
+  examine_head_limits(robot.mission.head, diagnosis);
   look_at_can_links(hardware.bus, diagnosis);
   tell();
   look_at_bus(robot, hardware.bus, clock, interrupts, diagnosis);

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "app/report.h"
+#include "hal/head.h"
+#include "runtime/real_time.h"
 
 namespace headway::app {
 
@@ -50,10 +52,15 @@ struct MachineFacts {
   std::uint64_t locked_memory = 0;      ///< RLIMIT_MEMLOCK [bytes]
   bool root_user = false;
   std::uint64_t disk_free = 0;  ///< where the program stands [bytes]
+  bool (*may_run_on)(int processor) = [](int) { return true; };
   static MachineFacts of_this_machine();
 };
 
-/// Real-time rights, memory lock, CPU governor, clock source, kernel, disk.
-void examine_machine(const MachineFacts& facts, Diagnosis& into);
+/// Real-time rights, memory lock and processor, as they are `wanted`; CPU governor, clock source, kernel,
+/// disk.
+void examine_machine(const MachineFacts& facts, const runtime::RealTime& wanted, Diagnosis& into);
+
+/// Whether the head can look around.
+void examine_head_limits(const hal::HeadLimits& limits, Diagnosis& into);
 
 }  // namespace headway::app
