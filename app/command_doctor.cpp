@@ -1,3 +1,4 @@
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "app/interrupts.h"
 #include "app/slower_option.h"
 #include "drivers/can_links.h"
+#include "drivers/can_socket_calls.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 #include "nav/whole_file.h"
@@ -37,12 +39,20 @@ constexpr Duration kLook = seconds(3);
 
 constexpr std::string_view kSocketCan = "socketcan:";
 
+bool kernel_has_can() {
+  drivers::CanSocketCalls& calls = drivers::kernel_can_socket_calls();
+  const int socket = calls.socket();
+  if (socket < 0) return errno != EAFNOSUPPORT && errno != EPROTONOSUPPORT;
+  calls.close(socket);
+  return true;
+}
+
 void look_at_can_links(const std::string& bus, Diagnosis& diagnosis) {
   diagnosis.about("can");
   const bool is_the_kernels = bus.starts_with(kSocketCan);
   const std::string interface = is_the_kernels ? bus.substr(kSocketCan.size()) : "";
   try {
-    examine_can_links(drivers::list_can_links(), interface, diagnosis);
+    examine_can_links(drivers::list_can_links(), interface, diagnosis, kernel_has_can());
   } catch (const Error& fault) {
     diagnosis.warn("interfaces", "not listed", fault.what());
   }
@@ -64,7 +74,7 @@ void look_at_bus(const Robot& robot, const std::string& name, hal::Clock& clock,
     examine_bus(
         robot, *wire.bus, clock, kListen, diagnosis, [&] { return interrupts.asked(); }, wire.tells_state);
   } catch (const Error& fault) {
-    diagnosis.fail("opened", "not " + name, fault.what());
+    diagnosis.fail("bus", name + " cannot be opened", fault.what());
   }
 }
 
@@ -90,7 +100,7 @@ void look_at_cameras(const Robot& robot, const HardwareConfig& hardware, hal::Cl
     examine_cameras(look, hardware, diagnosis);
     examine_exposures(look.eyes, drivers::kernel_calls(), diagnosis);
   } catch (const Error& fault) {
-    diagnosis.fail("opened", "not both", fault.what());
+    diagnosis.fail("cameras", "cannot be opened", fault.what());
   }
 }
 
