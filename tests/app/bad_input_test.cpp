@@ -222,7 +222,7 @@ TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
   EXPECT_TRUE(refuses({"can", "dmup"}, "can: 'dmup' is no command; did you mean dump?; see"));
   EXPECT_TRUE(
       refuses({"can", "dump", "--bus", "gs_usb:"}, "can dump: --bus: is 'gs_usb:', expected one like"));
-  EXPECT_TRUE(refuses({"camera", "show"}, "camera show: devices is required: The camera, or the left"));
+  EXPECT_TRUE(refuses({"camera", "show"}, "camera show: device is required: The camera, or the left"));
   EXPECT_TRUE(refuses({"camera", "show", "a", "b", "c"}, "camera show: "));
   EXPECT_TRUE(refuses({"camera", "show", "a", "--size", "640"},
                       "camera show: --size: too few values, expected WIDTHxHEIGHT"));
