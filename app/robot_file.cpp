@@ -280,9 +280,10 @@ void read_cameras(const Section& cameras, HardwareConfig& config) {
   if (cameras.has("format"))
     config.format = *drivers::image_format_named(cameras.choice("format", drivers::image_format_names()));
   config.rate = cameras.number_or("rate", config.rate, {1, 240, "Hz"});
-  // No longer than the time from frame to frame.
+  // No longer than the time from frame to frame, in whole hundredths that a person can read.
+  const double longest_ms = std::floor(1e5 / config.rate) / 100;
   if (cameras.has("exposure_ms"))
-    config.exposure = cameras.number("exposure_ms", {0.1, 1000 / config.rate, "ms"}) * 1e-3;
+    config.exposure = cameras.number("exposure_ms", {0.1, longest_ms, "ms"}) * 1e-3;
   if (cameras.has("gain")) config.gain = cameras.integer("gain", {0, 1e6});
 }
 
