@@ -16,6 +16,7 @@
 #include "app/pose_files.h"
 #include "app/report.h"
 #include "app/robot_file.h"
+#include "app/standard_streams.h"
 #include "hal/angle.h"
 #include "hal/error.h"
 #include "nav/whole_file.h"
@@ -154,11 +155,11 @@ class HeadCalibrationRun {
     fmt::print("{}; rms {:.3f} px over {} of {} images{}{}\n", out_->list(), result_.rms, names_.size(),
                images_, found, options_.corner ? "" : "; pan zero held, give --corner to find it");
     if (result_.rms <= kLargestHeadError) return kSuccess;
-    fmt::print(stderr,
-               "headway: {}: corners are {:.2f} px from where they should be, expected at most {} px; did "
-               "the board or "
-               "the chest move, is this the rig's left camera, is the robot file this robot's?\n",
-               (options_.out / "neck.yaml").string(), result_.rms, kLargestHeadError);
+    say_error(
+        "headway: {}: corners are {:.2f} px from where they should be, expected at most {} px; did "
+        "the board or "
+        "the chest move, is this the rig's left camera, is the robot file this robot's?\n",
+        (options_.out / "neck.yaml").string(), result_.rms, kLargestHeadError);
     return kNotReached;
   }
 

@@ -13,6 +13,7 @@
 #include "app/image_pairs.h"
 #include "app/output_folder.h"
 #include "app/report.h"
+#include "app/standard_streams.h"
 #include "hal/error.h"
 #include "vision/calibration_gaps.h"
 #include "vision/image_files.h"
@@ -239,17 +240,17 @@ class RigCalibration {
         outliers);
     for (const auto& [name, side] : kSides) {
       if (const auto corners = unseen(side); !corners.empty())
-        fmt::print(stderr,
-                   "headway: {}: the {} camera never saw the board near the {} of its image: its lens is a "
-                   "guess there\n",
-                   (options_.out / "rig.yaml").string(), name, fmt::join(corners, ", "));
+        say_error(
+            "headway: {}: the {} camera never saw the board near the {} of its image: its lens is a "
+            "guess there\n",
+            (options_.out / "rig.yaml").string(), name, fmt::join(corners, ", "));
     }
     if (result_.epipolar.mean <= kLargestEpipolarError) return kSuccess;
-    fmt::print(stderr,
-               "headway: {}: rows differ by {:.2f} px on average, expected at most {} px; look at the pairs "
-               "that stand "
-               "out in report.json, and at the board's flatness\n",
-               (options_.out / "rig.yaml").string(), result_.epipolar.mean, kLargestEpipolarError);
+    say_error(
+        "headway: {}: rows differ by {:.2f} px on average, expected at most {} px; look at the pairs "
+        "that stand "
+        "out in report.json, and at the board's flatness\n",
+        (options_.out / "rig.yaml").string(), result_.epipolar.mean, kLargestEpipolarError);
     return kNotReached;
   }
 

@@ -30,7 +30,7 @@ CanTransport open_socketcan(const std::string& interface, hal::Clock& clock, con
 CanTransport open_slcan(const std::string& tty, hal::Clock& clock, const Identifiers&) {
   auto bus = std::make_unique<drivers::SlcanBus>(drivers::SlcanConfig{.path = tty}, clock);
   drivers::SlcanBus& serving = *bus;
-  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }, {}};
+  return {std::move(bus), [&serving](Duration at_most) { serving.serve(at_most); }, {}, false};
 }
 
 CanTransport open_gs_usb(const std::string& serial, hal::Clock& clock, const Identifiers&) {

@@ -21,6 +21,8 @@ struct CanTransport {
   std::function<void(Duration)> serve;
   /// What the adapter says of itself, where the transport asks it; else empty.
   std::string adapter;
+  /// Whether it tells what state the controller is in; where not, state() only knows whether it is gone.
+  bool tells_state = true;
 };
 
 /// What open_can_transport() knows, for help texts.

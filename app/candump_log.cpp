@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -18,7 +20,8 @@ namespace {
 
 using Kind = LoggedFrame::Kind;
 
-constexpr std::uint32_t kErrorFlag = 0x20000000, kHighestExtended = 0x1FFFFFFF, kHighestId = 0x7FF;
+constexpr std::uint32_t kErrorFlag = CandumpLog::kErrorFlag, kHighestExtended = 0x1FFFFFFF,
+                        kHighestId = 0x7FF;
 
 /// The whole text as a number without a sign.
 template <class Number>
@@ -97,9 +100,13 @@ std::optional<LoggedFrame> read(const std::string& line) {
 }  // namespace
 
 CandumpLog::CandumpLog(const std::filesystem::path& file, std::function<void(const std::string&)> on_bad_line)
-    : file_(file), in_(file), on_bad_line_(std::move(on_bad_line)) {
-  if (!in_ || std::filesystem::is_directory(file))
-    throw InputError(fmt::format("{}: cannot be read, expected a log that candump -l wrote", file.string()));
+    : file_(file), on_bad_line_(std::move(on_bad_line)) {
+  errno = 0;
+  in_.open(file);
+  const int number = std::filesystem::is_directory(file) ? EISDIR : in_ ? 0 : errno;
+  if (number != 0)
+    throw InputError(fmt::format("{}: cannot be read ({}), expected a log that candump -l wrote",
+                                 file.string(), std::strerror(number)));
 }
 
 std::optional<LoggedFrame> CandumpLog::next() {

@@ -25,6 +25,8 @@ struct LoggedFrame {
 /// Reads `(1436509052.249713) can0 044#2A366C2BBA` line by line; empty lines are passed over.
 class CandumpLog {
  public:
+  static constexpr std::uint32_t kErrorFlag = 0x20000000;  ///< in the identifier of an error frame
+
   /// `on_bad_line` is told `file:line: what, expected what` of lines that are no frame, and passed over.
   /// Throws InputError where the file cannot be read.
   CandumpLog(const std::filesystem::path& file, std::function<void(const std::string&)> on_bad_line);

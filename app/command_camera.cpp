@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "app/camera_look.h"
 #include "app/commands.h"
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ShowOptions {
-  std::vector<std::string> devices;  ///< one camera, or the left and the right eye
+  std::string device, right;  ///< the only camera, or the left eye; the right eye, if any
   std::optional<fs::path> out;
   std::vector<int> size{640, 480};  ///< width, height [px]
   std::string format = "YUYV";
@@ -47,9 +48,9 @@ drivers::V4l2CameraConfig config_of(const ShowOptions& options, const std::strin
 CameraLook look(const ShowOptions& options) {
   hal::MonotonicClock clock;
   const Duration time = seconds(options.seconds);
-  const drivers::V4l2CameraConfig first = config_of(options, options.devices[0]);
-  if (options.devices.size() == 1) return look_through(first, time, clock, drivers::kernel_calls());
-  const drivers::StereoPairConfig pair{first, config_of(options, options.devices[1]), std::nullopt};
+  const drivers::V4l2CameraConfig first = config_of(options, options.device);
+  if (options.right.empty()) return look_through(first, time, clock, drivers::kernel_calls());
+  const drivers::StereoPairConfig pair{first, config_of(options, options.right), std::nullopt};
   return look_through(pair, time, clock, drivers::kernel_calls());
 }
 
@@ -75,7 +76,8 @@ int show(const ShowOptions& options) {
 int list() {
   const std::vector<drivers::ListedCamera> cameras = drivers::list_cameras(drivers::kernel_calls(), "/dev");
   if (cameras.empty())
-    fmt::print("no camera that this user may open; is one plugged in, and is the user in the group video?\n");
+    fmt::print("no camera that this user may open; is one plugged in{}?\n",
+               geteuid() == 0 ? ", and its driver loaded" : ", and is the user in the group video");
   for (const drivers::ListedCamera& camera : cameras) {
     fmt::print("{}: {} ({})\n", camera.path, camera.name, camera.bus);
     if (!camera.port_path.empty()) fmt::print("  {}\n", camera.port_path);
@@ -95,10 +97,10 @@ void add_show(CLI::App& camera, Run& run) {
       "By-path names stay with the port, so they say which eye it is. Exits with 1 when a camera shows "
       "nothing\n"
       "usable, or two are not exposed at the same time.");
-  command->add_option("devices", options->devices, "The camera, or the left and the right eye")
+  command->add_option("device", options->device, "The camera, or the left eye")
       ->required()
-      ->expected(1, 2)
       ->type_name("DEVICE");
+  command->add_option("right", options->right, "The right eye")->type_name("DEVICE");
   command->add_option("--out", options->out, kOutHelp)->type_name("DIR");
   command->add_option("--size", options->size, "Size of the images")
       ->delimiter('x')

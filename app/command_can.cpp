@@ -20,6 +20,7 @@
 #include "app/finite_range.h"
 #include "app/interrupts.h"
 #include "app/report.h"
+#include "app/standard_streams.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 
@@ -29,7 +30,7 @@ namespace {
 
 struct DumpOptions {
   std::string bus, log;
-  bool json = false;
+  bool json = false, candump = false;
   std::optional<std::uint64_t> count;  ///< frames
   std::optional<double> seconds;       ///< of a bus
 };
@@ -44,6 +45,14 @@ std::string id_of(const LoggedFrame& f) {
   return f.kind == LoggedFrame::Kind::kData || (f.kind == LoggedFrame::Kind::kRemote && f.frame.id <= 0x7FF)
              ? fmt::format("{:03X}", f.frame.id)
              : fmt::format("{:08X}", f.frame.id);
+}
+
+/// As candump -l has it: 044#2A366C2BBA.
+std::string log_text_of(const LoggedFrame& f) {
+  if (f.kind == LoggedFrame::Kind::kRemote) return fmt::format("{}#R{}", id_of(f), f.frame.dlc);
+  if (f.kind == LoggedFrame::Kind::kError)
+    return fmt::format("{:08X}#{}", f.frame.id | CandumpLog::kErrorFlag, hex_of(f.frame, ""));
+  return fmt::format("{}#{}", id_of(f), hex_of(f.frame, ""));
 }
 
 /// What is not a data frame with an 11-bit identifier, in a word.
@@ -101,7 +110,7 @@ Json json_of(const DecodedFrame& decoded) {
 /// One line for each frame.
 class Printer {
  public:
-  explicit Printer(bool json) : json_(json) {}
+  Printer(bool json, bool candump) : json_(json), candump_(candump) {}
 
   void print(const LoggedFrame& f) {
     const bool known = f.kind == LoggedFrame::Kind::kData;
@@ -110,6 +119,10 @@ class Printer {
     const DecodedFrame decoded = known ? decoders_[f.bus].decode(f.frame) : DecodedFrame{};
     const std::string stamp = fmt::format("{}.{:06}", f.stamp / std::chrono::seconds(1),
                                           f.stamp % std::chrono::seconds(1) / std::chrono::microseconds(1));
+    if (candump_) {
+      fmt::print("({:0>17}) {} {}\n", stamp, f.bus, log_text_of(f));
+      return;
+    }
     if (!json_) {
       fmt::print("({:0>17})  {}  {}  [{}]  {:<23}  {}\n", stamp, f.bus, id_of(f), f.frame.dlc,
                  hex_of(f.frame, " "), known ? text_of(decoded) : kind_of(f));
@@ -133,16 +146,15 @@ class Printer {
   void sum_up() const {
     DecodedCounts c;
     for (const auto& [bus, decoder] : decoders_) c += decoder.counts();
-    fmt::print(stderr,
-               "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
-               "sequence, {} lost by "
-               "their counters, {} of other kinds\n",
-               printed_, c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost,
-               strange_);
+    say_error(
+        "{} frames: {} unknown, {} not as declared, {} with a wrong CRC, {} repeated, {} out of "
+        "sequence, {} lost by "
+        "their counters, {} of other kinds\n",
+        printed_, c.unknown, c.undeclared, c.wrong_crc, c.repeated, c.wrong_sequence, c.lost, strange_);
   }
 
  private:
-  bool json_;
+  bool json_, candump_;
   std::map<std::string, CanDecoder> decoders_;  ///< of each bus: a log may hold several
   std::uint64_t printed_ = 0, strange_ = 0;
 };
@@ -159,17 +171,20 @@ bool dump_log(const DumpOptions& options, Printer& printer) {
   });
   while (printer.printed() < options.count.value_or(UINT64_MAX)) {
     const auto frame = log.next();
+    if (!frame && bad == 0 && printer.printed() == 0)
+      throw InputError(fmt::format("{}: holds no frame, expected a log that candump -l wrote", options.log));
     if (!frame) break;
     printer.print(*frame);
   }
   if (bad == 0) return true;
   if (printer.printed() == 0) throw InputError(told.front());
-  for (const std::string& what : told) fmt::print(stderr, "{}\n", what);
-  fmt::print(stderr, "lines that are no frames, passed over: {}\n", bad);
+  for (const std::string& what : told) say_error("{}\n", what);
+  say_error("lines that are no frames, passed over: {}\n", bad);
   return false;
 }
 
-void dump_bus(const DumpOptions& options, Printer& printer) {
+/// True unless its adapter went away and has not come back.
+bool dump_bus(const DumpOptions& options, Printer& printer) {
   const Interrupts interrupts;
   std::signal(SIGPIPE, SIG_DFL);  // a reader that leaves ends it, as any filter
   hal::MonotonicClock clock;
@@ -187,16 +202,16 @@ void dump_bus(const DumpOptions& options, Printer& printer) {
       printer.print({LoggedFrame::Kind::kData, name, frame.stamp.time_since_epoch(), frame});
     if (transport.bus->state() != told) {
       told = transport.bus->state();
-      fmt::print(stderr, "{}: {}\n", options.bus, hal::text_of(told));
+      say_error("{}: {}\n", options.bus, hal::text_of(told));
     }
     if (received == room) continue;
-    std::fflush(stdout);
+    flush_output();
     transport.serve ? transport.serve(kPause) : clock.sleep_until(clock.now() + kPause);
   }
   const hal::CanBusStats stats = transport.bus->stats();
-  fmt::print(stderr,
-             "{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
-             options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
+  say_error("{}: {} received, {} lost by the receiver, {} unusable, off the bus {} times, gone {} times\n",
+            options.bus, stats.received, stats.lost, stats.unusable, stats.bus_off, stats.gone);
+  return transport.bus->state() != hal::CanBusState::kGone;
 }
 
 int dump(const DumpOptions& options) {
@@ -204,12 +219,8 @@ int dump(const DumpOptions& options) {
     throw InputError(fmt::format("can dump: expected either --bus ({}) or --log FILE", can_transports()));
   if (options.seconds && !options.log.empty())
     throw InputError("can dump: --seconds is for a bus; a log ends by itself, or after --count frames");
-  Printer printer(options.json);
-  bool whole = true;
-  if (options.log.empty())
-    dump_bus(options, printer);
-  else
-    whole = dump_log(options, printer);
+  Printer printer(options.json, options.candump);
+  const bool whole = options.log.empty() ? dump_bus(options, printer) : dump_log(options, printer);
   printer.sum_up();
   return whole ? kSuccess : kNotReached;
 }
@@ -227,6 +238,7 @@ void add_can(CLI::App& app, Run& run) {
       "node in CANopen, what counter and CRC say of it, and its values with units or names.\n"
       "  headway can dump --bus socketcan:can0 --seconds 10\n"
       "  headway can dump --log walk.log --json\n"
+      "  headway can dump --bus socketcan:can0 --candump > walk.log\n"
       "Without --count and --seconds a bus is shown until Ctrl-C. It only listens, but an slcan adapter is "
       "told to go\n"
       "on the bus at 500 kbit/s. How many frames may not be used is told at the end, on stderr. Lines of a "
@@ -234,7 +246,7 @@ void add_can(CLI::App& app, Run& run) {
       "that\n"
       "are no frames are told there and passed over; then the exit code is 1, and 2 where there is no frame "
       "at "
-      "all.");
+      "all. It is 1 as well where the bus's adapter is gone at the end.");
   command->add_option("--bus", options->bus, fmt::format("The bus: {}", can_transports()))
       ->check(can_bus_name())
       ->type_name("TRANSPORT");
@@ -246,7 +258,11 @@ void add_can(CLI::App& app, Run& run) {
   command->add_option("--seconds", options->seconds, "Ends after so long")
       ->check(finite_in(0.001, 1e6))
       ->type_name("S");
-  command->add_flag("--json", options->json, "One JSON object for each frame");
+  CLI::Option* json = command->add_flag("--json", options->json, "One JSON object for each frame");
+  command
+      ->add_flag("--candump", options->candump,
+                 "Lines as candump -l writes them and --log reads them, without a meaning")
+      ->excludes(json);
   command->callback([options, &run] { run = [options] { return dump(*options); }; });
 }
 

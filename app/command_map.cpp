@@ -22,6 +22,7 @@
 #include "app/report.h"
 #include "app/sequence.h"
 #include "app/sequence_eyes.h"
+#include "app/standard_streams.h"
 #include "hal/angle.h"
 #include "hal/error.h"
 #include "nav/cloud_file.h"
@@ -206,8 +207,8 @@ class MapRun {
     write_report(box);
     fmt::print("{}; {} points seen\n", out_->list(), points_);
     if (points_ > 0) return kSuccess;
-    fmt::print(stderr, "headway: {}: nothing was seen{}\n", options_.sequence.string(),
-               sequence_.skipped.empty() ? " between --near and --far" : "; " + sequence_.skipped.front());
+    say_error("headway: {}: nothing was seen{}\n", options_.sequence.string(),
+              sequence_.skipped.empty() ? " between --near and --far" : "; " + sequence_.skipped.front());
     return kNotReached;
   }
 

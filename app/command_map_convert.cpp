@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "app/finite_range.h"
+#include "app/standard_streams.h"
 #include "hal/error.h"
 #include "nav/cold_map.h"
 #include "nav/cold_map_file.h"
@@ -65,8 +66,8 @@ void write_floor(const nav::SavedMap& saved, const ConvertOptions& options) {
   const double height = options.floor.value_or(0);
   const nav::FloorMap floor = nav::floor_below(saved.map, {}, height);
   if (std::ranges::find(floor.cells, nav::Floor::kFree) == floor.cells.end()) {
-    fmt::print(stderr, "headway: {}: no cell of it is free; is its floor at z = {} m? --floor says where\n",
-               options.out.string(), height);
+    say_error("headway: {}: no cell of it is free; is its floor at z = {} m? --floor says where\n",
+              options.out.string(), height);
   }
   nav::write_map_server(floor, folder, options.out.stem().string());
 }

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -35,11 +36,21 @@ void carry(hal::CanBus& from, hal::CanBus& to) {
     for (std::size_t i = 0; i < count; ++i) to.send(frames[i]);
 }
 
+/// Two names of one place, be there something yet or not.
+bool are_one(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code none;
+  const auto place = [&](const auto& name) { return weakly_canonical(absolute(name), none); };
+  return place(a) == place(b);
+}
+
 int run(const Options& options) {
   const Robot robot = read_robot(options.robot);
   const sim::World world = read_world_for(robot, options.world);
   if (options.left.empty() != options.right.empty())
     throw InputError("node: --left or --right is missing, expected both or neither");
+  if (!options.left.empty() && are_one(options.left, options.right))
+    throw InputError(fmt::format("node: --right: '{}' is the left eye as well, expected a pipe for each",
+                                 options.right.string()));
   hal::ScaledClock clock(options.slower);
   const CanTransport wire = open_can_transport(options.bus, clock);
   const auto adapter = serve(wire);
@@ -93,8 +104,9 @@ void add_node(CLI::App& app, Run& run_command) {
   command->add_option("--bus", options->bus, "The CAN bus, like " + can_transports())
       ->required()
       ->check(can_bus_name());
-  command->add_option("--left", options->left,
-                      "Named pipe for the left camera's raw grey frames; made if need be");
+  command->add_option(
+      "--left", options->left,
+      "Named pipe for the left camera's raw grey frames; made if need be, and then removed at the end");
   command->add_option("--right", options->right, "And for the right one's");
   command
       ->add_option("--camera-delay", options->camera_delay,

@@ -14,6 +14,7 @@
 #include "app/pictures.h"
 #include "app/report.h"
 #include "app/sight_report.h"
+#include "app/standard_streams.h"
 #include "hal/error.h"
 #include "hal/head_kinematics.h"
 #include "nav/cloud_file.h"
@@ -135,10 +136,10 @@ class Reconstruction {
                out_->list(), points_, 100 * matched_, 100 * within_reach(view), view.near, view.far);
     print_findings(eyes.sight(), options_.left, options_.right);
     if (points_ == 0)
-      fmt::print(stderr,
-                 "headway: {}, {}: no point was found from {:g} to {:g} m; check the calibration, and "
-                 "--near and --far\n",
-                 options_.left.string(), options_.right.string(), view.near, view.far);
+      say_error(
+          "headway: {}, {}: no point was found from {:g} to {:g} m; check the calibration, and "
+          "--near and --far\n",
+          options_.left.string(), options_.right.string(), view.near, view.far);
     return points_ == 0 || eyes.sight().fault() ? kNotReached : kSuccess;
   }
 

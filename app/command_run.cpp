@@ -26,6 +26,7 @@
 #include "app/run_recorder.h"
 #include "app/safety_report.h"
 #include "app/service_manager.h"
+#include "app/slower_option.h"
 #include "hal/clock.h"
 #include "hal/error.h"
 #include "nav/cold_map_file.h"
@@ -66,14 +67,6 @@ LiveOptions live_options(const Options& options, const HardwareConfig& hardware,
   if (!options.goal.empty()) live.goal = goal_from(*stands, options.goal);
   live.frame_rate = hardware.rate;
   return live;
-}
-
-void require_simulated(const Options& options) {
-  if (options.slower == 1 || options.bus.starts_with("socketcan:vcan")) return;
-  throw InputError(
-      fmt::format("--slower: would stretch every time-out of a robot on {}; expected a virtual bus, such as "
-                  "socketcan:vcan0",
-                  options.bus));
 }
 
 /// Says what has changed, a line each, and every ten seconds where the robot is; the newest to the service
@@ -242,14 +235,14 @@ int run(Options options) {
   if (!options.right.empty()) hardware.right = options.right;
   require_complete(hardware);
   options.bus = hardware.bus;
-  require_simulated(options);
+  require_simulated(options.slower, options.bus);
   std::optional<OutputFolder> out;
   if (!options.out.empty())
     out.emplace(options.out, "run",
                 std::initializer_list<const char*>{"map.hmap", "floor.pgm", "floor.yaml"});
   const std::string memory_refusal = runtime::lock_memory(robot.loops.real_time);
   // What the session needs until it has come to rest is made before it.
-  Interrupts interrupts;
+  Interrupts interrupts(hang_up_of_a_service());
   hal::ScaledClock clock(options.slower);
   listen_before(hardware.bus, clock);
   const CanTransport wire = open_can_transport(hardware.bus, clock, identifiers_of_the_loops());
@@ -353,11 +346,7 @@ void add_run(CLI::App& app, Run& run_command) {
       "--black-box", options->black_box,
       "Folder for what was recorded of the half minute before a fault, or 'off'; default: the "
       "robot file's");
-  command
-      ->add_option("--slower", options->slower,
-                   "The clock runs so many times slower than real: for a simulated robot only")
-      ->check(finite_in(0.1, 1000))
-      ->capture_default_str();
+  add_slower_option(*command, options->slower);
   command->footer(
       "Example: headway run robot.yaml --bus socketcan:can0 --goal 2,0.5 --out build/walk\n"
       "Without a goal it looks around and waits for 'headway go'. Ctrl-C brings the robot to rest, and then "

@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <span>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "app/first_line.h"
-#include "runtime/real_time.h"
+#include "hal/angle.h"
 #include "runtime/threads.h"
 
 namespace headway::app {
@@ -33,7 +36,9 @@ const char* word(Verdict verdict) {
   return "?";
 }
 
-void examine_rights(const MachineFacts& facts, Diagnosis& into) {
+using Want = runtime::RealTime::Want;
+
+void examine_priority(const MachineFacts& facts, Diagnosis& into) {
   const auto wanted = static_cast<std::uint64_t>(runtime::highest_priority());
   if (facts.root_user || facts.realtime_priority >= wanted)
     into.ok("real-time priority",
@@ -42,16 +47,55 @@ void examine_rights(const MachineFacts& facts, Diagnosis& into) {
     into.fail("real-time priority",
               fmt::format("up to {}, the bus loop wants {}", facts.realtime_priority, wanted),
               runtime::real_time_remedy());
+}
+
+void examine_memory_lock(const MachineFacts& facts, Want want, Diagnosis& into) {
   constexpr std::uint64_t kEnough = 512 * kMebibyte;
-  if (facts.root_user || facts.locked_memory >= kEnough)
-    into.ok("locked memory", facts.root_user || facts.locked_memory == kUnlimited
-                                 ? "unlimited"
-                                 : fmt::format("{} MiB", facts.locked_memory / kMebibyte));
-  else
-    into.warn("locked memory",
-              fmt::format("{} MiB may be locked, expected {}", facts.locked_memory / kMebibyte,
-                          kEnough / kMebibyte),
+  const bool all = facts.root_user || facts.locked_memory == kUnlimited;
+  const std::string limit = fmt::format("{} MiB", facts.locked_memory / kMebibyte);
+  if (all)
+    into.ok("locked memory", "unlimited");
+  else if (want == Want::kEnforce)
+    into.fail("locked memory",
+              limit + " may be locked, and 'run' does not start with less than all (real_time: enforce)",
               runtime::real_time_remedy());
+  else if (facts.locked_memory >= kEnough)
+    into.ok("locked memory", limit);
+  else
+    into.warn("locked memory", fmt::format("{} may be locked, expected {}", limit, kEnough / kMebibyte),
+              runtime::real_time_remedy());
+}
+
+void examine_bus_processor(const MachineFacts& facts, int processor, Want want, Diagnosis& into) {
+  const std::string what = "bus processor", found = fmt::format("{}", processor),
+                    remedy =
+                        "runtime: bus_processor in the robot file: expected one of those that 'nproc' "
+                        "counts, from 0 on";
+  if (facts.may_run_on(processor))
+    into.ok(what, found);
+  else if (want == Want::kEnforce)
+    into.fail(what, found + " is refused, and 'run' does not start without (real_time: enforce)", remedy);
+  else
+    into.warn(what, found + " is refused: the bus loop runs on any", remedy);
+}
+
+void examine_rights(const MachineFacts& facts, const runtime::RealTime& wanted, Diagnosis& into) {
+  if (wanted.want == Want::kOff) {
+    into.ok("real-time rights", "not asked for (runtime: real_time: off)");
+    return;
+  }
+  examine_priority(facts, into);
+  examine_memory_lock(facts, wanted.want, into);
+  if (wanted.bus_processor) examine_bus_processor(facts, *wanted.bus_processor, wanted.want, into);
+}
+
+/// Tried out, for it may be one that is kept free of others.
+bool kernel_lets_run_on(int processor) {
+  cpu_set_t before;
+  if (sched_getaffinity(0, sizeof before, &before) != 0) return false;
+  const bool may = runtime::kernel_real_time().stay_on(processor) == 0;
+  sched_setaffinity(0, sizeof before, &before);
+  return may;
 }
 
 void examine_processors(const MachineFacts& facts, Diagnosis& into) {
@@ -113,9 +157,9 @@ Verdict Diagnosis::worst() const {
   return worst;
 }
 
-std::string Diagnosis::text() const {
+std::string Diagnosis::text(std::size_t first) const {
   std::string lines;
-  for (const Finding& f : findings_) {
+  for (const Finding& f : std::span(findings_).subspan(first)) {
     lines += fmt::format("{:4}  {:8} {}: {}\n", word(f.verdict), f.part, f.what, f.found);
     if (!f.remedy.empty()) lines += fmt::format("                 {}\n", f.remedy);
   }
@@ -139,17 +183,33 @@ MachineFacts MachineFacts::of_this_machine() {
   if (getrlimit(RLIMIT_RTPRIO, &limit) == 0) facts.realtime_priority = limit.rlim_cur;
   if (getrlimit(RLIMIT_MEMLOCK, &limit) == 0) facts.locked_memory = limit.rlim_cur;
   facts.root_user = geteuid() == 0;
+  facts.may_run_on = kernel_lets_run_on;
   struct statvfs disk {};
   if (statvfs(".", &disk) == 0) facts.disk_free = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
   return facts;
 }
 
-void examine_machine(const MachineFacts& facts, Diagnosis& into) {
+void examine_machine(const MachineFacts& facts, const runtime::RealTime& wanted, Diagnosis& into) {
   into.about("machine");
   into.ok("kernel", first_line(facts.root / "proc/sys/kernel/osrelease"));
-  examine_rights(facts, into);
+  examine_rights(facts, wanted, into);
   examine_processors(facts, into);
   examine_disk(facts, into);
+}
+
+void examine_head_limits(const hal::HeadLimits& limits, Diagnosis& into) {
+  constexpr double kLeast = 5 * kDegree;
+  into.about("head");
+  const auto& [lower, upper] = std::tie(limits.lower, limits.upper);
+  const std::string found =
+      fmt::format("pan {:.1f} to {:.1f} deg, tilt {:.1f} to {:.1f} deg", lower.pan / kDegree,
+                  upper.pan / kDegree, lower.tilt / kDegree, upper.tilt / kDegree);
+  if (upper.pan - lower.pan < kLeast || upper.tilt - lower.tilt < kLeast)
+    into.warn("limits", found,
+              "a head that can hardly move sees little: neck: pan_deg and tilt_deg in the robot file are "
+              "degrees, not radians");
+  else
+    into.ok("limits", found);
 }
 
 }  // namespace headway::app

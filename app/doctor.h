@@ -1,12 +1,15 @@
 // Findings about a machine and the robot on its wires, for a person who brings the hardware up.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "app/report.h"
+#include "hal/head.h"
+#include "runtime/real_time.h"
 
 namespace headway::app {
 
@@ -33,7 +36,8 @@ class Diagnosis {
 
   const std::vector<Finding>& findings() const { return findings_; }
   Verdict worst() const;
-  std::string text() const;
+  /// Of all, or of those from the `first` on.
+  std::string text(std::size_t first = 0) const;
   Json json() const;
 
  private:
@@ -48,10 +52,15 @@ struct MachineFacts {
   std::uint64_t locked_memory = 0;      ///< RLIMIT_MEMLOCK [bytes]
   bool root_user = false;
   std::uint64_t disk_free = 0;  ///< where the program stands [bytes]
+  bool (*may_run_on)(int processor) = [](int) { return true; };
   static MachineFacts of_this_machine();
 };
 
-/// Real-time rights, memory lock, CPU governor, clock source, kernel, disk.
-void examine_machine(const MachineFacts& facts, Diagnosis& into);
+/// Real-time rights, memory lock and processor, as they are `wanted`; CPU governor, clock source, kernel,
+/// disk.
+void examine_machine(const MachineFacts& facts, const runtime::RealTime& wanted, Diagnosis& into);
+
+/// Whether the head can look around.
+void examine_head_limits(const hal::HeadLimits& limits, Diagnosis& into);
 
 }  // namespace headway::app

@@ -6,12 +6,13 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/standard_streams.h"
 
 namespace headway::app {
 
 void end_at_once(const std::string& error) {
   std::fflush(stdout);
-  fmt::print(stderr, "headway: {}\n", error);
+  say_error("headway: {}\n", error);
   std::_Exit(kInternal);
 }
 

@@ -49,7 +49,7 @@ void judge(const drivers::CanLink& link, Diagnosis& into) {
 }  // namespace
 
 void examine_can_links(const std::vector<drivers::CanLink>& links, const std::string& interface,
-                       Diagnosis& into) {
+                       Diagnosis& into, bool kernel_has_can) {
   into.about("can");
   bool is_there = interface.empty();
   for (const drivers::CanLink& link : links) {
@@ -60,7 +60,10 @@ void examine_can_links(const std::vector<drivers::CanLink>& links, const std::st
       into.ok(link.name, description_of(link));
     }
   }
-  if (!is_there)
+  if (!is_there && !kernel_has_can)
+    into.fail(interface, "the kernel has no CAN",
+              "'sudo modprobe can-raw', or a kernel with CONFIG_CAN_RAW; then look again");
+  else if (!is_there)
     into.fail(interface, "there is no such interface",
               links.empty() ? "plug the adapter in, and look at 'dmesg' for its driver"
                             : "name one of the above: hardware: bus: in the robot file, or --bus");

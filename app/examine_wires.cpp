@@ -53,12 +53,25 @@ class Listening final : public hal::CanBus {
   std::uint64_t heard_ = 0;
 };
 
-void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
+void judge_bus(const Listening& bus, Duration time, bool tells_state, Diagnosis& into) {
   into.about("bus");
   const hal::CanBusStats stats = bus.stats();
-  const char* wiring =
+  const std::string wiring =
       "look at the wiring, at 60 ohms between CAN_H and CAN_L, and at the bit rate of all that is on it";
-  const std::string state = fmt::format("{}; {} frames heard", hal::text_of(stats.state), bus.heard());
+  const std::string silence =
+      tells_state
+          ? wiring
+          : "is it an adapter of this kind that is plugged in there? Nothing of it was heard; if so, " +
+                wiring;
+  const bool is_gone = stats.state == hal::CanBusState::kGone;
+  const std::string state = fmt::format(
+      "{}; {} frames heard",
+      tells_state || is_gone ? hal::text_of(stats.state) : "not told by an adapter of this kind", bus.heard());
+  if (is_gone) {
+    into.fail("state", state,
+              "the adapter was unplugged, or lost its power: look at its plug and cable, and at 'dmesg'");
+    return;
+  }
   if (stats.state == hal::CanBusState::kErrorActive)
     into.ok("state", state);
   else if (stats.state == hal::CanBusState::kErrorWarning)
@@ -74,7 +87,7 @@ void judge_bus(const Listening& bus, Duration time, Diagnosis& into) {
   const double load = bus.bits() / hal::kCanBitRate / to_seconds(time);
   const std::string found = fmt::format("{:.0f} % at most", 100 * load);
   if (bus.heard() == 0)
-    into.fail("load", "nothing was heard", wiring);
+    into.fail("load", "nothing was heard", silence);
   else if (load > 0.6)
     into.warn("load", found,
               "see with 'headway can dump' who sends so much: frames of low priority come late above 60 %");
@@ -157,11 +170,15 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
   }
   const drivers::WalkerCounts counts = walker.counts();
   const std::uint32_t bad = counts.wrong_crc + counts.repeated + counts.wrong_sequence + counts.undeclared;
+  // Whoever computes CRCs rightly counts rightly as well; two who do count each for itself.
+  const bool are_two = counts.wrong_sequence > 0 && counts.wrong_crc + counts.undeclared == 0;
   if (bad > 0)
     into.warn("frames",
               fmt::format("{} with a wrong CRC, {} repeated, {} out of sequence, {} undeclared",
                           counts.wrong_crc, counts.repeated, counts.wrong_sequence, counts.undeclared),
-              "both sides must mean the same config/can/headway.dbc; see 'headway can dump'");
+              are_two ? "two may be sending the same messages: is there another control computer, or a "
+                        "simulated one, on this bus? See 'headway can dump'"
+                      : "both sides must mean the same config/can/headway.dbc; see 'headway can dump'");
   if (const auto clock = walker.clock())
     into.ok("clock",
             fmt::format("is {:.3f} s {} ours, give or take {:.1f} ms", std::abs(to_seconds(clock->offset)),
@@ -176,7 +193,7 @@ void judge_walker(const drivers::CanWalker& walker, Diagnosis& into) {
 }  // namespace
 
 void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Duration time, Diagnosis& into,
-                 const std::function<bool()>& asked) {
+                 const std::function<bool()>& asked, bool tells_state) {
   Listening bus(wire);
   drivers::HeadConfig config = head_config(robot);
   // Who examines the robot moves nothing.
@@ -212,11 +229,20 @@ void examine_bus(const Robot& robot, hal::CanBus& wire, hal::Clock& clock, Durat
     if (head.tilt().phase == drivers::DrivePhase::kRunning) tilt.tick(clock.now());
   }
   if (!asked()) {
-    judge_bus(bus, time, into);
-    into.about("head");
-    judge_drive("pan", config.pan_node, head.pan(), pan, into);
-    judge_drive("tilt", config.tilt_node, head.tilt(), tilt, into);
-    judge_walker(walker, into);
+    judge_bus(bus, time, tells_state, into);
+    if (bus.state() == hal::CanBusState::kGone) {
+      // Their silence is the adapter's.
+      into.about("head");
+      into.fail("drives", "not looked at to the end: the adapter went away", "see what is said of the bus");
+      into.about("walker");
+      into.fail("control computer", "not looked at to the end: the adapter went away",
+                "see what is said of the bus");
+    } else {
+      into.about("head");
+      judge_drive("pan", config.pan_node, head.pan(), pan, into);
+      judge_drive("tilt", config.tilt_node, head.tilt(), tilt, into);
+      judge_walker(walker, into);
+    }
   }
   leave_head(head, bus, clock);
 }

@@ -16,10 +16,10 @@ namespace headway::app {
 /// First listens for other_master(); where one is heard it says so and sends nothing. Else, for `time`, sets
 /// the head's drives up, lets them hold where they are, and asks nothing of the control computer. Then it
 /// leaves the head in order, as it does without a verdict when it is `asked` to end before. By a clock that
-/// sleeps.
+/// sleeps. `tells_state`: as CanTransport has it.
 void examine_bus(
     const Robot& robot, hal::CanBus& bus, hal::Clock& clock, Duration time, Diagnosis& into,
-    const std::function<bool()>& asked = [] { return false; });
+    const std::function<bool()>& asked = [] { return false; }, bool tells_state = true);
 
 /// How the cameras expose after a look through them.
 void examine_exposures(const std::vector<EyeLook>& eyes, drivers::DeviceCalls& calls, Diagnosis& into);

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include <fcntl.h>
@@ -22,11 +23,17 @@ FramePipe::FramePipe(std::filesystem::path pipe) : path_(std::move(pipe)) {
   } else if (::mkfifo(path_.c_str(), 0600) != 0) {
     throw InputError(
         fmt::format("{}: a named pipe cannot be made: {}", path_.string(), std::strerror(errno)));
+  } else {
+    made_ = true;
   }
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves is no fault
 }
 
-FramePipe::~FramePipe() { close(); }
+FramePipe::~FramePipe() {
+  close();
+  std::error_code ignored;
+  if (made_ && std::filesystem::is_fifo(path_, ignored)) std::filesystem::remove(path_, ignored);
+}
 
 void FramePipe::close() noexcept {
   if (fd_ >= 0) ::close(fd_);

@@ -15,8 +15,8 @@ namespace headway::app {
 /// whole process.
 class FramePipe {
  public:
-  /// Makes the named pipe if need be. Throws InputError where there is something else, or nothing can be
-  /// made.
+  /// Makes the named pipe if need be; that one is gone with it again. Throws InputError where there is
+  /// something else, or nothing can be made.
   explicit FramePipe(std::filesystem::path pipe);
   ~FramePipe();
   FramePipe(const FramePipe&) = delete;
@@ -34,6 +34,7 @@ class FramePipe {
   void close() noexcept;
 
   std::filesystem::path path_;
+  bool made_ = false;
   int fd_ = -1;
   std::vector<std::uint8_t> frame_;
   std::size_t done_ = 0;  ///< bytes of it

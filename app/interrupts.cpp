@@ -18,20 +18,20 @@ void take_reload(int) { asked_to_read_again = 1; }
 
 }  // namespace
 
-bool has_terminal() {
+HangUp hang_up_of_a_service() {
   const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
   if (terminal >= 0) ::close(terminal);
-  return terminal >= 0;
+  return terminal >= 0 ? HangUp::kEnds : HangUp::kAsksToReload;
 }
 
-Interrupts::Interrupts(bool terminal) {
+Interrupts::Interrupts(HangUp hang_up) {
   asked_to_end = 0;
   asked_to_read_again = 0;
   struct sigaction action {};
   action.sa_handler = take;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int signal : kSignals) sigaction(signal, &action, nullptr);
-  if (!terminal) {
+  if (hang_up == HangUp::kAsksToReload) {
     action.sa_handler = take_reload;
     action.sa_flags = SA_RESTART;
     sigaction(SIGHUP, &action, nullptr);

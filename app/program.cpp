@@ -1,8 +1,4 @@
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <exception>
-#include <iostream>
 #include <new>
 
 #include <fmt/format.h>
@@ -10,6 +6,7 @@
 
 #include "app/argument_fault.h"
 #include "app/commands.h"
+#include "app/standard_streams.h"
 #include "hal/error.h"
 
 namespace headway::app {
@@ -26,10 +23,7 @@ int run_chosen(CLI::App& program, const Run& run, int argc, const char* const* a
     if (fault.get_exit_code() != 0) throw InputError(argument_fault(program, fault));
     program.exit(fault);
   }
-  errno = 0;
-  if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-    throw Error(fmt::format("standard output cannot be written ({})",
-                            errno ? std::strerror(errno) : "an earlier fault"));
+  flush_output();
   return code;
 }
 
@@ -75,15 +69,14 @@ int run_program(int argc, const char* const* argv) {
   try {
     return run_chosen(program, run, argc, argv);
   } catch (const InputError& e) {
-    fmt::print(stderr, "headway: {}\n", e.what());
+    say_error("headway: {}\n", e.what());
     return kBadInput;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "headway: there is not enough memory; coarser voxels, smaller images or a shorter "
-               "range need less\n");
+    say_error(
+        "headway: there is not enough memory; coarser voxels, smaller images or a shorter range need less\n");
     return kInternal;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "headway: {}\n", e.what());
+    say_error("headway: {}\n", e.what());
     return kInternal;
   }
 }

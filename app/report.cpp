@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "app/standard_streams.h"
 #include "config/write_fault.h"
 #include "hal/error.h"
 #include "nav/whole_file.h"
@@ -46,12 +47,12 @@ Json rounded(double value, int decimals) {
 Progress::Progress(std::string what) : what_(std::move(what)), terminal_(isatty(fileno(stderr)) == 1) {}
 
 Progress::~Progress() {
-  if (terminal_) fmt::print(stderr, "\r\033[K");
+  if (terminal_) say_error("\r\033[K");
 }
 
 void Progress::show(std::size_t done, std::size_t total, std::string_view note) {
   if (!terminal_) return;
-  fmt::print(stderr, "\r\033[K{}: {}/{} {}", what_, done, total, note);
+  say_error("\r\033[K{}: {}/{} {}", what_, done, total, note);
   std::fflush(stderr);
 }
 

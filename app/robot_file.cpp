@@ -247,9 +247,12 @@ void read_homing(const Section& homing, double fastest, drivers::HomingConfig& c
   using Policy = drivers::HomingConfig::Policy;
   const bool moves = homing.flag_or("move", false);
   config.policy = moves ? Policy::kMove : Policy::kRequired;
-  if (!moves) return;
-  config.method = homing.integer("method", {-128, 127});
-  if (config.method == 0) homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
+  if (!homing.has("move")) return;  // whoever says how must say whether
+  // What only counts with a move is checked all the same: it stands there for the day when it is allowed.
+  config.method =
+      moves ? homing.integer("method", {-128, 127}) : homing.integer_or("method", config.method, {-128, 127});
+  if (homing.has("method") && config.method == 0)
+    homing.fail("method", "0, expected one of the drive's manual, and 0 is none");
   const double most = std::round(fastest / kDegree * 1e6) / 1e6;  // as it was written
   const auto speed = [&](std::string_view key, double usual) {
     return kDegree *
@@ -277,9 +280,10 @@ void read_cameras(const Section& cameras, HardwareConfig& config) {
   if (cameras.has("format"))
     config.format = *drivers::image_format_named(cameras.choice("format", drivers::image_format_names()));
   config.rate = cameras.number_or("rate", config.rate, {1, 240, "Hz"});
-  // No longer than the time from frame to frame.
+  // No longer than the time from frame to frame, in whole hundredths that a person can read.
+  const double longest_ms = std::floor(1e5 / config.rate) / 100;
   if (cameras.has("exposure_ms"))
-    config.exposure = cameras.number("exposure_ms", {0.1, 1000 / config.rate, "ms"}) * 1e-3;
+    config.exposure = cameras.number("exposure_ms", {0.1, longest_ms, "ms"}) * 1e-3;
   if (cameras.has("gain")) config.gain = cameras.integer("gain", {0, 1e6});
   if (cameras.has("white_balance"))
     config.white_balance = cameras.integer("white_balance", {1000, 20000, "K"});

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/standard_streams.h"
 #include "hal/error.h"
 
 namespace headway::app {
@@ -48,7 +49,7 @@ void require_two_images(const hal::StereoFrame& frame, const std::filesystem::pa
 void print_findings(const vision::SightReport& sight, const std::filesystem::path& left,
                     const std::filesystem::path& right) {
   for (const vision::SightFinding& finding : sight.findings)
-    fmt::print(stderr, "headway: {}, {}: {}\n", left.string(), right.string(), finding.what);
+    say_error("headway: {}, {}: {}\n", left.string(), right.string(), finding.what);
 }
 
 }  // namespace headway::app

@@ -1,6 +1,7 @@
 #include "config/spelling.h"
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 
 namespace headway::config {
@@ -31,6 +32,16 @@ std::string without_digits(std::string_view word) {
   return rest;
 }
 
+/// In small letters, and an angle in degrees: what differs in those only says the same.
+std::string sense_of(std::string word) {
+  std::ranges::transform(word, word.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t unit = word.find("_rad");
+  const std::size_t end = unit == word.npos ? unit : unit + 4;
+  if (end != word.npos && (end == word.size() || word[end] == '_')) word.replace(unit, 4, "_deg");
+  return word;
+}
+
 /// `longer` is `word` and something more, such as a unit.
 bool continues(std::string_view longer, std::string_view word) {
   constexpr std::size_t kShortest = 3;
@@ -43,6 +54,9 @@ bool continues(std::string_view longer, std::string_view word) {
 std::string meant_by(std::string_view word, const std::vector<std::string>& known) {
   constexpr std::size_t kLongest = 60;  // no key is as long, and a hostile text should cost nothing
   if (word.size() > kLongest) return {};
+  const std::string sense = sense_of(std::string(word));
+  for (const std::string& candidate : known)
+    if (candidate != word && sense_of(candidate) == sense) return candidate;
   std::size_t allowed = std::min<std::size_t>(2, word.size() / 3) + 1;
   std::string nearest;
   for (const std::string& candidate : known) {

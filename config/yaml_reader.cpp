@@ -86,8 +86,15 @@ Section Section::load(const fs::path& file, std::string_view what) {
   std::error_code ec;
   if (fs::is_directory(file, ec))
     throw InputError(fmt::format("{}: is a folder, expected a {} file", one_line(file.string()), what));
-  if (!fs::is_regular_file(file, ec))
+  const fs::file_status there = fs::status(file, ec);
+  if (there.type() == fs::file_type::none)
+    throw InputError(fmt::format("{}: cannot be read ({}); check the path and its permissions",
+                                 one_line(file.string(), 5000), ec.message()));
+  if (!fs::exists(there))
     throw InputError(fmt::format("{}: no such {} file; check the path", one_line(file.string()), what));
+  if (!fs::is_regular_file(there))
+    throw InputError(
+        fmt::format("{}: is a device or a pipe, expected a {} file", one_line(file.string()), what));
   const std::uintmax_t size = fs::file_size(file, ec);
   if (!ec && size > YamlLimits{}.bytes)
     throw InputError(fmt::format("{}: {} bytes, expected at most {} in a {} file", file.string(), size,

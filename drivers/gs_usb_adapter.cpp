@@ -63,6 +63,11 @@ void require(bool fulfilled, const std::string& what) {
   if (!fulfilled) throw InputError("USB-CAN adapter: " + what);
 }
 
+std::string about(const GsUsbConfig& config, const std::string& what) {
+  return config.serial.empty() ? "USB-CAN adapter: " + what
+                               : fmt::format("USB-CAN adapter '{}': {}", config.serial, what);
+}
+
 }  // namespace
 
 void GsUsbConfig::validate() const {
@@ -91,10 +96,7 @@ GsUsbAdapter::GsUsbAdapter(UsbCalls& usb, const GsUsbConfig& config)
 
 GsUsbAdapter::~GsUsbAdapter() { reset(); }
 
-void GsUsbAdapter::fail(const std::string& what) const {
-  throw Error(config_.serial.empty() ? "USB-CAN adapter: " + what
-                                     : fmt::format("USB-CAN adapter '{}': {}", config_.serial, what));
-}
+void GsUsbAdapter::fail(const std::string& what) const { throw Error(about(config_, what)); }
 
 GsUsbAdapter::Context GsUsbAdapter::new_context() {
   libusb_context* context = nullptr;
@@ -141,8 +143,9 @@ GsUsbAdapter::Handle GsUsbAdapter::find() {
                     config_.serial));
   }
   if (!found) {
-    fail(fmt::format("is not there, expected {} among the candleLight-type adapters plugged in: {}{}",
-                     config_.serial.empty() ? "one" : "it", seen.empty() ? "none" : seen, fault));
+    throw InputError(about(
+        config_, fmt::format("is not there, expected {} among the candleLight-type adapters plugged in: {}{}",
+                             config_.serial.empty() ? "one" : "it", seen.empty() ? "none" : seen, fault)));
   }
   return found;
 }

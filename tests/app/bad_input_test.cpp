@@ -204,8 +204,17 @@ TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
       refuses({"node", robot, "--world", world, "--bus", "vcan0"}, "node: --bus: is 'vcan0', expected"));
   EXPECT_TRUE(refuses({"node", robot, "--world", world, "--bus", "socketcan:vcan0", "--left", "x"},
                       "node: --left or --right is missing, expected both or neither"));
+  for (const char* same : {"e", "./e", "nowhere/../e"})
+    EXPECT_TRUE(
+        refuses({"node", robot, "--world", world, "--bus", "socketcan:vcan0", "--left", "e", "--right", same},
+                "is the left eye as well, expected a pipe for each"))
+        << same;
   EXPECT_TRUE(
       refuses({"node", robot, "--camera", "3"}, "node: --camera is no option; did you mean --camera-delay?"));
+  for (const char* command : {"run", "doctor"})
+    EXPECT_TRUE(
+        refuses({command, robot, "--bus", "socketcan:can0", "--left", "l", "--right", "r", "--slower", "4"},
+                "--slower: would stretch every time-out of a robot on socketcan:can0"));
   EXPECT_TRUE(refuses({"doctor", robot, "--json"}, "doctor: --json: a value is missing, expected "));
   EXPECT_TRUE(refuses({"doctor", robot, "--bus", "can0"}, "doctor: --bus: is 'can0', expected one like"));
   EXPECT_TRUE(
@@ -213,7 +222,7 @@ TEST(BadInput, ArgumentsOfTheCommandsForHardwareAreToldWithWhatWasExpected) {
   EXPECT_TRUE(refuses({"can", "dmup"}, "can: 'dmup' is no command; did you mean dump?; see"));
   EXPECT_TRUE(
       refuses({"can", "dump", "--bus", "gs_usb:"}, "can dump: --bus: is 'gs_usb:', expected one like"));
-  EXPECT_TRUE(refuses({"camera", "show"}, "camera show: devices is required: The camera, or the left"));
+  EXPECT_TRUE(refuses({"camera", "show"}, "camera show: device is required: The camera, or the left"));
   EXPECT_TRUE(refuses({"camera", "show", "a", "b", "c"}, "camera show: "));
   EXPECT_TRUE(refuses({"camera", "show", "a", "--size", "640"},
                       "camera show: --size: too few values, expected WIDTHxHEIGHT"));

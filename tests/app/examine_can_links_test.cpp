@@ -73,6 +73,10 @@ TEST(ExamineCanLinks, MissesTheRobots) {
   Diagnosis diagnosis;
   examine_can_links({good()}, "can1", diagnosis);
   EXPECT_THAT(diagnosis.text(), HasSubstr("fail  can      can1: there is no such interface"));
+  Diagnosis without_can;
+  examine_can_links({}, "can0", without_can, false);
+  EXPECT_THAT(without_can.text(), HasSubstr("fail  can      can0: the kernel has no CAN"));
+  EXPECT_THAT(without_can.text(), testing::Not(HasSubstr("plug")));
   Diagnosis none;
   examine_can_links({}, "", none);
   EXPECT_EQ(none.worst(), Verdict::kOk);

@@ -37,9 +37,10 @@ struct Patient final : hal::CanBus {
   }
   hal::CanBusState state() const noexcept override { return wire_state; }
 
-  Diagnosis examined() {
+  Diagnosis examined(bool tells_state = true) {
     Diagnosis diagnosis;
-    examine_bus(robot, *this, clock, seconds(4), diagnosis);
+    examine_bus(
+        robot, *this, clock, seconds(4), diagnosis, [] { return false; }, tells_state);
     return diagnosis;
   }
 
@@ -165,6 +166,56 @@ TEST(ExamineBus, FailsABusThatIsOff) {
   Patient patient;
   patient.wire_state = hal::CanBusState::kBusOff;
   EXPECT_THAT(patient.examined().text(), HasSubstr("fail  bus      state: off the bus"));
+}
+
+TEST(ExamineBus, BlamesAnAdapterThatIsGoneAndNothingElse) {
+  Patient patient;
+  patient.cut = true;
+  patient.wire_state = hal::CanBusState::kGone;
+  const std::string text = patient.examined().text();
+  EXPECT_THAT(
+      text,
+      HasSubstr("fail  bus      state: gone; 0 frames heard\n                 the adapter was unplugged"));
+  EXPECT_THAT(text, HasSubstr("fail  head     drives: not looked at to the end: the adapter went away"));
+  EXPECT_THAT(text, HasSubstr("fail  walker   control computer: not looked at to the end: the adapter"));
+  for (const char* wrong : {"60 ohms", "node number", "start its program"})
+    EXPECT_THAT(text, testing::Not(HasSubstr(wrong)));
+}
+
+TEST(ExamineBus, MakesUpNoStateThatAnAdapterDoesNotTell) {
+  Patient silent, well;
+  silent.cut = true;
+  const std::string text = silent.examined(false).text();
+  EXPECT_THAT(text, HasSubstr("ok    bus      state: not told by an adapter of this kind; 0 frames heard"));
+  EXPECT_THAT(text, HasSubstr("load: nothing was heard\n                 is it an adapter of this kind"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("error active")));
+  EXPECT_EQ(well.examined(false).worst(), Verdict::kOk);
+}
+
+/// The robot's wire, with a second control computer on it that began a little before.
+struct TwoComputers final : hal::CanBus {
+  bool send(const hal::CanFrame& frame) noexcept override { return first.send(frame); }
+  std::size_t receive(std::span<hal::CanFrame> into) noexcept override {
+    second.catch_up(first.clock.now());
+    std::size_t count = first.receive(into);
+    std::array<hal::CanFrame, 1> frame;
+    while (count < into.size() && second.bus().receive(frame) == 1)
+      if (frame[0].id >= 0x130 && frame[0].id <= 0x140) into[count++] = frame[0];
+    return count;
+  }
+  hal::CanBusState state() const noexcept override { return hal::CanBusState::kErrorActive; }
+
+  Patient first;
+  NodeSession second{first.robot, floor_only(), {}, true, first.clock.now() - seconds(0.07)};
+};
+
+TEST(ExamineBus, SuspectsASecondControlComputerWhereAllButTheOrderIsRight) {
+  TwoComputers wire;
+  Diagnosis diagnosis;
+  examine_bus(wire.first.robot, wire, wire.first.clock, seconds(4), diagnosis);
+  EXPECT_THAT(diagnosis.text(), HasSubstr("warn  walker   frames: 0 with a wrong CRC"));
+  EXPECT_THAT(diagnosis.text(), HasSubstr("is there another control computer"));
+  EXPECT_THAT(diagnosis.text(), testing::Not(HasSubstr("headway.dbc")));
 }
 
 /// The wire, on which somebody else commands as well.

@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "hal/error.h"
@@ -56,6 +57,18 @@ TEST(FramePipe, BeginsWithAWholeFrameForAnotherReader) {
   pipe.offer(grey(2));
   EXPECT_EQ(drain(reader, pipe), grey(2).pixels);
   ::close(reader);
+}
+
+TEST(FramePipe, RemovesThePipeThatItMadeAndNoOther) {
+  const TemporaryFolder folder;
+  const auto ours = folder / "ours", others = folder / "others";
+  ASSERT_EQ(::mkfifo(others.c_str(), 0600), 0);
+  {
+    const FramePipe left(ours), right(others);
+    EXPECT_TRUE(std::filesystem::is_fifo(ours));
+  }
+  EXPECT_FALSE(std::filesystem::exists(ours));
+  EXPECT_TRUE(std::filesystem::is_fifo(others));
 }
 
 TEST(FramePipe, RefusesWhatIsNoPipe) {

@@ -9,15 +9,15 @@ namespace {
 
 TEST(Interrupts, TellThatSomebodyWantsTheProgramToEndAndLetItGoOn) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const Interrupts interrupts(true);
+    const Interrupts interrupts;  // with a terminal or without
     EXPECT_FALSE(interrupts.asked());
     std::raise(signal);
     EXPECT_TRUE(interrupts.asked()) << signal;
   }
 }
 
-TEST(Interrupts, TellOfAHangUpWithoutATerminalAsAWishToReadFilesAgain) {
-  Interrupts interrupts(false);
+TEST(Interrupts, TellAServiceOfAHangUpAsAWishToReadFilesAgain) {
+  Interrupts interrupts(HangUp::kAsksToReload);
   EXPECT_FALSE(interrupts.asked_to_reload());
   for (int i = 0; i < 2; ++i) {
     std::raise(SIGHUP);

@@ -49,6 +49,32 @@ std::string fault_of(const std::string& section, const std::string& key, const s
   return "no fault";
 }
 
+/// Its hardware, as it is shipped: commented out.
+std::string with_shipped_hardware() {
+  std::string text = read_text(kRobot);
+  const std::size_t begin = text.find("# hardware:");
+  for (std::size_t line = begin; text.compare(line, 2, "# ") == 0; line = text.find('\n', line) + 1)
+    text.erase(line, 2);
+  return text;
+}
+
+TEST(RobotFile, ReadsTheShippedHardwareOnceItIsNoLongerCommentedOut) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "rigs");
+  fs::copy_file(kRobot.parent_path() / "rigs/bottom.yaml", folder / "rigs/bottom.yaml");
+  std::string text = with_shipped_hardware();
+  write_text(folder / "robot.yaml", text);
+  using Policy = drivers::HomingConfig::Policy;
+  const Robot robot = read_robot(folder / "robot.yaml");
+  EXPECT_EQ(robot.hardware.bus, "socketcan:can0");
+  EXPECT_EQ(robot.hardware.homing.policy, Policy::kRequired);
+  EXPECT_EQ(robot.hardware.homing.method, 17);
+  const std::size_t move = text.find("move: false");
+  text.replace(move, 11, "move: true");
+  write_text(folder / "robot.yaml", text);
+  EXPECT_EQ(read_robot(folder / "robot.yaml").hardware.homing.policy, Policy::kMove);
+}
+
 TEST(RobotFile, NamesLineAndKeyOfNumbersThatDoNotFitEachOther) {
   EXPECT_THAT(fault_of("gait:", "feet_apart", "feet_apart: 0.12"), HasSubstr("gait.feet_apart: is 0.12"));
   EXPECT_THAT(fault_of("gait:", "forward_on_arc", "forward_on_arc: 0.3"),
@@ -126,6 +152,8 @@ TEST(RobotFile, SaysHowTheHeadsDrivesAreLedAndWhetherTheyMayLookForHome) {
 TEST(RobotFile, RefusesToLetTheHeadLookForHomeInAWayThatItDoesNotName) {
   EXPECT_THROW(with_hardware("  head: {homing: {move: true}}"), InputError);
   EXPECT_THROW(with_hardware("  head: {homing: {move: true, method: 0}}"), InputError);
+  EXPECT_THROW(with_hardware("  head: {homing: {move: false, method: 0}}"), InputError)
+      << "checked, for later";
   EXPECT_THROW(with_hardware("  head: {homing: {method: 17}}"), InputError) << "told how, and not whether";
   EXPECT_THROW(with_hardware("  head: {set_points: smooth}"), InputError);
 }

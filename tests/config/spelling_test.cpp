@@ -36,6 +36,10 @@ TEST(Spelling, TakesTheNearestWordAndNoneThatIsFarOff) {
   EXPECT_EQ(meant_by("baseline", {}), "");
   EXPECT_EQ(meant_by("exposure", {"gain", "exposure_ms"}), "exposure_ms") << "the unit is missing";
   EXPECT_EQ(meant_by("rate_hz", {"gain", "rate"}), "rate") << "a unit too much";
+  EXPECT_EQ(meant_by("velocity_rad_s", {"velocity", "velocity_deg_s"}), "velocity_deg_s") << "another unit";
+  EXPECT_EQ(meant_by("tilt_deg", {"pan_rad", "tilt_rad"}), "tilt_rad");
+  EXPECT_EQ(meant_by("wheel_radius", {"wheel_degree"}), "") << "no unit";
+  EXPECT_EQ(meant_by("grey", {"GREY", "Y16"}), "GREY");
   EXPECT_EQ(meant_by("--white", {"--white-balance"}), "--white-balance");
   EXPECT_EQ(meant_by("exposure", {"exposures_taken"}), "") << "another word";
   EXPECT_EQ(meant_by("x", {"x_ms"}), "") << "too short to tell";

@@ -449,6 +449,11 @@ TEST_F(YamlReaderFiles, TellsAMissingFileFromAFolder) {
   const std::string name = (folder_ / "absent.yaml").string();
   EXPECT_EQ(load_complaint(name), name + ": no such world file; check the path");
   EXPECT_EQ(load_complaint(folder_), folder_.string() + ": is a folder, expected a world file");
+  EXPECT_EQ(load_complaint("/dev/null"), "/dev/null: is a device or a pipe, expected a world file");
+  std::filesystem::create_symlink("circle", folder_ / "circle");
+  EXPECT_EQ(load_complaint(folder_ / "circle"),
+            (folder_ / "circle").string() +
+                ": cannot be read (Too many levels of symbolic links); check the path and its permissions");
 }
 
 TEST_F(YamlReaderFiles, RefusesAHugeFileWithoutReadingIt) {

@@ -259,6 +259,7 @@ TEST_F(GsUsb, SaysWhichAdaptersThereAreWhenNoneHasTheSerialNumber) {
   EXPECT_THAT(fault_of({.serial = "0033"}),
               HasSubstr("'0033': is not there, expected it among the candleLight-type "
                         "adapters plugged in: '0031', '0032'"));
+  EXPECT_THROW(open({.serial = "0033"}), InputError) << "as of every other device that is not there";
 }
 
 TEST_F(GsUsb, NeedsNoSerialNumberWhileThereIsOneAdapterOnly) {
