@@ -64,9 +64,10 @@ void judge_bus(const Listening& bus, Duration time, bool tells_state, Diagnosis&
           : "is it an adapter of this kind that is plugged in there? Nothing of it was heard; if so, " +
                 wiring;
   const bool is_gone = stats.state == hal::CanBusState::kGone;
-  const std::string state = fmt::format(
-      "{}; {} frames heard",
-      tells_state || is_gone ? hal::text_of(stats.state) : "not told by an adapter of this kind", bus.heard());
+  const std::string state =
+      fmt::format("{}; {} frames heard",
+                  tells_state || is_gone ? hal::text_of(stats.state) : "not told by an adapter of this kind",
+                  bus.heard());
   if (is_gone) {
     into.fail("state", state,
               "the adapter was unplugged, or lost its power: look at its plug and cable, and at 'dmesg'");

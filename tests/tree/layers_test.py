@@ -11,9 +11,10 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# Plain values of the hal, which vision and nav may see; the rest of the hal is devices and their protocols.
+# Plain values of the hal, which vision and nav may see, and that work can be divided, without a word about threads; the
+# rest of the hal is devices and their protocols.
 HAL_VALUES = [f"hal/{name}.h" for name in ("angle", "error", "time", "pose2", "frame", "footstep", "walk_order", "step_number", "head",
-                                        "head_kinematics")]
+                                        "head_kinematics", "two_processors")]
 
 # Libraries by the headers they own.
 LIBRARIES = {
