@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdlib>
 
+#define HWY_WANT_AVX3_DL 1  // it counts bits, which the costs are made of
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "vision/sgm_rows.cpp"
 #include <hwy/foreach_target.h>
@@ -42,9 +43,6 @@ constexpr Differences kDifferences;
 HWY_INLINE V with_first_of(V, V next) { return next; }
 HWY_INLINE V with_last_of(V, V previous) { return previous; }
 HWY_INLINE V least_byte(V v) { return v; }
-HWY_INLINE V from(std::uint8_t sixteenfold) { return set(sixteenfold >> 4); }
-HWY_INLINE V differing(V from, V bits) { return hn::PopulationCount(hn::Xor(from, bits)); }
-
 #else
 
 #if HWY_MAX_BYTES >= 32
@@ -82,9 +80,16 @@ HWY_INLINE V least_byte(V v) {
 #endif
 }
 
+#endif
+
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_AVX3_DL  // which count bits themselves
+constexpr int kParts = Census::kBitPlanes;
+HWY_INLINE V from(std::uint8_t bits) { return set(bits); }
+HWY_INLINE V differing(V from, V bits) { return hn::PopulationCount(hn::Xor(from, bits)); }
+#else
+constexpr int kParts = 2 * Census::kBitPlanes;
 HWY_INLINE V from(std::uint8_t sixteenfold) { return hn::LoadDup128(d, kDifferences.rows[0] + sixteenfold); }
 HWY_INLINE V differing(V from, V bits) { return hn::TableLookupBytes(from, bits); }
-
 #endif
 
 /// All disparities of one pixel.
@@ -153,36 +158,24 @@ HWY_INLINE void mark_outside(const SgmFacts& f, int x, Pixel<kBlocks>& p) {
     p.v[i] = hn::Max(p.v[i], hn::Max(hn::LoadU(d, low + i * kLanes), hn::LoadU(d, high + i * kLanes)));
 }
 
-/// Of the columns of one row. Comparisons are looked up by fours, which the constructor takes apart.
+/// Of the columns of one row. Comparisons are taken eight at a time where bits can be counted, else looked up
+/// by fours, into which the constructor takes them apart.
 template <int kBlocks>
 class Costs {
  public:
-  static constexpr int kHalves = 2 * Census::kBitPlanes;
-
   HWY_INLINE Costs(const SgmFacts& facts, const SgmRowInput& row)
       : f_(facts),
-        pitch_(scratch_pitch(facts)),
-        left_(facts.scratch),
-        right_(facts.scratch + kHalves * pitch_ + (facts.end_column - 1)),
         left_slope_(row.left[Census::kSlopePlane]),
         right_slope_(row.right[Census::kSlopePlane]),
         inside_(facts.lowest + facts.padded - 1),
         inside_columns_(facts.count == facts.padded ? facts.width - facts.padded + 1 : 0) {
-    const int first = f_.first_column, end = f_.end_column;
-    for (std::size_t plane = 0; plane < Census::kBitPlanes; ++plane) {
-      std::uint8_t *low = facts.scratch + 2 * static_cast<int>(plane) * pitch_, *high = low + pitch_;
-      for (int x = first; x < end; x += kLanes) {
-        const V v = hn::LoadU(d, row.left[plane] + x);
-        hn::StoreU(hn::ShiftLeft<4>(v), d, low + x);
-        hn::StoreU(hn::And(v, set(0xF0)), d, high + x);
-      }
-      low += kHalves * pitch_, high += kHalves * pitch_;
-      const std::uint8_t* from = row.right[plane] - (end - 1);
-      for (int i = 0; i < end - first + f_.padded; i += kLanes) {
-        const V v = hn::LoadU(d, from + i);
-        hn::StoreU(hn::And(v, set(0x0F)), d, low + i);
-        hn::StoreU(hn::ShiftRight<4>(v), d, high + i);
-      }
+    if constexpr (kParts == Census::kBitPlanes) {
+      left_ = row.left[0], left_pitch_ = row.left[1] - row.left[0];
+      right_ = row.right[0], right_pitch_ = row.right[1] - row.right[0];
+    } else {
+      left_pitch_ = right_pitch_ = scratch_pitch(facts);
+      left_ = facts.scratch, right_ = left_ + kParts * left_pitch_ + (facts.end_column - 1);
+      take_apart(row);
     }
   }
 
@@ -193,24 +186,45 @@ class Costs {
   }
 
  private:
+  HWY_INLINE void take_apart(const SgmRowInput& row) const {
+    const int first = f_.first_column, end = f_.end_column;
+    for (std::size_t plane = 0; plane < Census::kBitPlanes; ++plane) {
+      std::uint8_t *low = f_.scratch + 2 * static_cast<int>(plane) * left_pitch_, *high = low + left_pitch_;
+      for (int x = first; x < end; x += kLanes) {
+        const V v = hn::LoadU(d, row.left[plane] + x);
+        hn::StoreU(hn::ShiftLeft<4>(v), d, low + x);
+        hn::StoreU(hn::And(v, set(0xF0)), d, high + x);
+      }
+      low += kParts * left_pitch_, high += kParts * left_pitch_;
+      const std::uint8_t* from = row.right[plane] - (end - 1);
+      for (int i = 0; i < end - first + f_.padded; i += kLanes) {
+        const V v = hn::LoadU(d, from + i);
+        hn::StoreU(hn::And(v, set(0x0F)), d, low + i);
+        hn::StoreU(hn::ShiftRight<4>(v), d, high + i);
+      }
+    }
+  }
+
   HWY_INLINE Pixel<kBlocks> inside(int x) const {
-    V census[kHalves];
-    for (int half = 0; half < kHalves; ++half) census[half] = from(left_[x + half * pitch_]);
+    V census[kParts];
+    for (int part = 0; part < kParts; ++part) census[part] = from(left_[x + part * left_pitch_]);
     const V slope = set(left_slope_[x]), cap = set(Census::kSteepest);
     Pixel<kBlocks> out;
     for (int i = 0; i < out.kVectors; ++i) {
       const V other = hn::LoadU(d, right_slope_ - x + i * kLanes);
       V sum = hn::Min(hn::Or(hn::SaturatedSub(slope, other), hn::SaturatedSub(other, slope)), cap);
-      for (int half = 0; half < kHalves; ++half)
-        sum = hn::Add(sum, differing(census[half], hn::LoadU(d, right_ + half * pitch_ - x + i * kLanes)));
+      for (int part = 0; part < kParts; ++part)
+        sum = hn::Add(sum,
+                      differing(census[part], hn::LoadU(d, right_ + part * right_pitch_ - x + i * kLanes)));
       out.v[i] = sum;
     }
     return out;
   }
 
   const SgmFacts& f_;
-  const std::ptrdiff_t pitch_;
-  const std::uint8_t *left_, *right_, *left_slope_, *right_slope_;
+  const std::uint8_t *left_, *right_;
+  std::ptrdiff_t left_pitch_, right_pitch_;  // from part to part
+  const std::uint8_t *left_slope_, *right_slope_;
   const int inside_, inside_columns_;  // first and number of those whose search stays in the right image
 };
 

@@ -1,3 +1,5 @@
+#define HWY_WANT_AVX3_DL 1  // as the matcher has it
+
 #include "vision/census_matcher.h"
 
 #include <algorithm>
