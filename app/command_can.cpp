@@ -261,7 +261,8 @@ void add_can(CLI::App& app, Run& run) {
   CLI::Option* json = command->add_flag("--json", options->json, "One JSON object for each frame");
   command
       ->add_flag("--candump", options->candump,
-                 "Lines as candump -l writes them and --log reads them, without a meaning")
+                 "Lines as candump -l writes them and --log reads them, without a meaning; seconds since the "
+                 "machine's start, where candump has the time of day")
       ->excludes(json);
   command->callback([options, &run] { run = [options] { return dump(*options); }; });
 }

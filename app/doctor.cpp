@@ -38,13 +38,18 @@ const char* word(Verdict verdict) {
 
 using Want = runtime::RealTime::Want;
 
-void examine_priority(const MachineFacts& facts, Diagnosis& into) {
+void examine_priority(const MachineFacts& facts, Want want, Diagnosis& into) {
   const auto wanted = static_cast<std::uint64_t>(runtime::highest_priority());
   if (facts.root_user || facts.realtime_priority >= wanted)
     into.ok("real-time priority",
             facts.root_user ? "root may" : fmt::format("up to {}", facts.realtime_priority));
-  else
+  else if (want == Want::kEnforce)
     into.fail("real-time priority",
+              fmt::format("up to {}, and 'run' does not start with less than {} (real_time: enforce)",
+                          facts.realtime_priority, wanted),
+              runtime::real_time_remedy());
+  else
+    into.warn("real-time priority",
               fmt::format("up to {}, the bus loop wants {}", facts.realtime_priority, wanted),
               runtime::real_time_remedy());
 }
@@ -84,7 +89,7 @@ void examine_rights(const MachineFacts& facts, const runtime::RealTime& wanted, 
     into.ok("real-time rights", "not asked for (runtime: real_time: off)");
     return;
   }
-  examine_priority(facts, into);
+  examine_priority(facts, wanted.want, into);
   examine_memory_lock(facts, wanted.want, into);
   if (wanted.bus_processor) examine_bus_processor(facts, *wanted.bus_processor, wanted.want, into);
 }

@@ -28,7 +28,8 @@ void judge(const drivers::CanLink& link, Diagnosis& into) {
   const std::string found = description_of(link);
   const std::string set_up = fmt::format(
       "sudo ip link set {0} down; sudo ip link set {0} up type can bitrate {1} sample-point {2} restart-ms "
-      "100",
+      "100 (without restart-ms where the driver refuses it, as the kernel's gs_usb does: better name that "
+      "adapter as gs_usb:SERIAL in the robot file)",
       link.name, hal::kCanBitRate, kSamplePoint);
   // A virtual bus has neither controller nor bit rate.
   const bool is_real = link.controller.has_value();

@@ -2,14 +2,18 @@
 // to is replaced.
 #pragma once
 
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
+
+#include "config/write_fault.h"
 
 namespace headway::config {
 
 /// Gone on the way out unless it has taken its place.
 class PartFile {
  public:
+  /// Throws as fail_to_write() where links lead in a circle, or to what is no file: a device, a pipe.
   explicit PartFile(const std::filesystem::path& file) : file_(behind_links(file)), part_(file_) {
     part_ += ".part";
   }
@@ -21,6 +25,8 @@ class PartFile {
   PartFile& operator=(const PartFile&) = delete;
 
   const std::filesystem::path& path() const { return part_; }
+  /// In which it takes its place.
+  std::filesystem::path folder() const { return file_.has_parent_path() ? file_.parent_path() : "."; }
   /// Returns why it could not.
   std::error_code take_its_place() {
     std::error_code error;
@@ -30,10 +36,14 @@ class PartFile {
   }
 
  private:
-  static std::filesystem::path behind_links(std::filesystem::path file) {
+  static std::filesystem::path behind_links(const std::filesystem::path& given) {
+    namespace fs = std::filesystem;
     std::error_code none;
-    for (int most = 40; most > 0 && std::filesystem::is_symlink(file, none); --most)
-      file = file.parent_path() / std::filesystem::read_symlink(file, none);
+    fs::path file = given;
+    for (int most = 40; most > 0 && fs::is_symlink(file, none); --most)
+      file = file.parent_path() / fs::read_symlink(file, none);
+    if (fs::is_symlink(file, none)) fail_to_write(given, "cannot be written", ELOOP);
+    if (fs::is_other(file, none)) fail_to_write(given, "is no file that can be replaced", 0);
     return file;
   }
 

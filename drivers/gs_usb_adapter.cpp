@@ -143,9 +143,11 @@ GsUsbAdapter::Handle GsUsbAdapter::find() {
                     config_.serial));
   }
   if (!found) {
-    throw InputError(about(
-        config_, fmt::format("is not there, expected {} among the candleLight-type adapters plugged in: {}{}",
-                             config_.serial.empty() ? "one" : "it", seen.empty() ? "none" : seen, fault)));
+    const std::string what =
+        fmt::format("is not there, expected {} among the candleLight-type adapters plugged in: {}{}",
+                    config_.serial.empty() ? "one" : "it", seen.empty() ? "none" : seen, fault);
+    if (!fault.empty()) fail(what);  // it may be the one that does not let itself be asked
+    throw InputError(about(config_, what));
   }
   return found;
 }

@@ -39,9 +39,9 @@ struct GsUsbConfig {
 /// that.
 class GsUsbAdapter {
  public:
-  /// Throws Error, with what to do, when there is no such adapter, it may not be used, is used by another
-  /// program, does not answer, lacks the channel or cannot keep the bit rate; each request may take
-  /// kAnswerTimeout.
+  /// Throws InputError when there is no such adapter, or more than one; Error, with what to do, when it may
+  /// not be used, is used by another program, does not answer, lacks the channel or cannot keep the bit rate.
+  /// Each request may take kAnswerTimeout.
   GsUsbAdapter(UsbCalls& usb, const GsUsbConfig& config);
   ~GsUsbAdapter();
   GsUsbAdapter(const GsUsbAdapter&) = delete;

@@ -27,8 +27,8 @@ namespace headway::drivers {
 /// Stamps are the adapter's where it has a clock, to about half a millisecond; else when the frame came in.
 class GsUsbBus final : public hal::CanBus {
  public:
-  /// Opens the adapter. Throws InputError as GsUsbConfig::validate, Error as GsUsbAdapter. Clock and calls
-  /// must outlive the bus.
+  /// Opens the adapter. Throws InputError as GsUsbConfig::validate, and what GsUsbAdapter throws. Clock and
+  /// calls must outlive the bus.
   GsUsbBus(const GsUsbConfig& config, hal::Clock& clock, UsbCalls& usb = libusb());
   ~GsUsbBus() override;
 

@@ -109,11 +109,21 @@ std::optional<SocketCanBus::Fault> SocketCanBus::set_up(int fd) noexcept {
   if (!set_options(fd)) return Fault{Step::kOptions, errno};
   if (calls_.bind(fd, address) < 0) return Fault{Step::kBind, errno};
   // Its error frame came before, and the kernel throws away what is sent meanwhile without a word.
-  if ((about.ifr_flags & IFF_RUNNING) == 0) {
+  seems_off_ = (about.ifr_flags & IFF_RUNNING) == 0;
+  if (seems_off_) {
     controller_ = CanBusState::kBusOff;
     ++stats_.bus_off;
   }
   return std::nullopt;
+}
+
+/// An interface that was set up a moment ago does not run yet, and no frame tells that it does.
+void SocketCanBus::look_whether_it_runs() noexcept {
+  ifreq about{};
+  config_.interface.copy(about.ifr_name, IFNAMSIZ - 1);
+  if (calls_.ioctl(fd_, SIOCGIFFLAGS, about) < 0 || (about.ifr_flags & IFF_RUNNING) == 0) return;
+  seems_off_ = false;
+  controller_ = CanBusState::kErrorActive;
 }
 
 bool SocketCanBus::set_options(int fd) noexcept {
@@ -182,6 +192,7 @@ void SocketCanBus::leave() noexcept {
 
 std::size_t SocketCanBus::receive(std::span<hal::CanFrame> into) noexcept {
   if (fd_ < 0 && !reopen()) return 0;
+  if (seems_off_) look_whether_it_runs();
   std::size_t count = 0;
   for (int reads = 0; reads < kMostReads && count < into.size(); ++reads) {
     const Time before = clock_.now();
@@ -235,6 +246,7 @@ bool SocketCanBus::take(std::size_t slot, Time now, Duration wall_now, hal::CanF
   }
   // Whoever hears others is on the bus.
   if (controller_ == CanBusState::kBusOff) controller_ = CanBusState::kErrorActive;
+  seems_off_ = false;
   ++stats_.received;
   into.id = frame.can_id & CAN_SFF_MASK;
   into.dlc = std::min<std::uint8_t>(frame.can_dlc, CAN_MAX_DLEN);
@@ -248,6 +260,7 @@ bool SocketCanBus::take(std::size_t slot, Time now, Duration wall_now, hal::CanF
 
 /// Linux's include/uapi/linux/can/error.h says what the bits mean.
 void SocketCanBus::hear_error(const can_frame& frame) noexcept {
+  if ((frame.can_id & (CAN_ERR_RESTARTED | CAN_ERR_BUSOFF)) != 0) seems_off_ = false;  // now it is known
   if ((frame.can_id & CAN_ERR_RESTARTED) != 0) {
     controller_ = CanBusState::kErrorActive;
     stats_.transmit_errors = stats_.receive_errors = 0;

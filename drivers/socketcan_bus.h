@@ -31,10 +31,10 @@ struct SocketCanConfig {
 /// for others who are just changing the kernel's list of interfaces, and happens only while the bus is gone.
 ///
 /// state() is what the controller reports in its error frames, or kGone while there is no interface or it is
-/// down; and kBusOff from the start where the interface is up and does not run, which
-/// the kernel tells up to a second late, and not of each driver. It is kBusOff as well while
-/// frames wait and none has left for config.stall: `bus_off` counts both. Stamps are the kernel's: when its
-/// driver took the frame from the controller.
+/// down; and kBusOff as long as an interface that is opened is up and does not run, which the kernel tells up
+/// to a second late, and not of each driver. It is kBusOff as well while frames wait and none has left for
+/// config.stall: `bus_off` counts both. Stamps are the kernel's: when its driver took the frame from the
+/// controller.
 class SocketCanBus final : public hal::CanBus {
  public:
   /// Opens the interface. Throws InputError where the configuration or the interface is wrong, Error where
@@ -63,6 +63,7 @@ class SocketCanBus final : public hal::CanBus {
   std::optional<Fault> open() noexcept;
   std::optional<Fault> set_up(int fd) noexcept;
   bool set_options(int fd) noexcept;
+  void look_whether_it_runs() noexcept;
   [[noreturn]] void explain(const Fault& fault) const;
   bool reopen() noexcept;
   void leave() noexcept;
@@ -84,6 +85,7 @@ class SocketCanBus final : public hal::CanBus {
   int fd_ = -1;
 
   hal::CanBusState controller_ = hal::CanBusState::kErrorActive;
+  bool seems_off_ = false;  ///< by the interface's flags, for want of an error frame
   hal::CanBusStats stats_;
   std::uint32_t overflowed_ = 0;    ///< frames this socket has lost, as last told
   Time emptied_{};                  ///< when nothing was left to be read

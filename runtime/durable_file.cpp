@@ -47,8 +47,7 @@ void write_durably(const fs::path& file, const std::function<void(std::ostream&)
   if (const std::error_code error = part.take_its_place())
     config::fail_to_write(file, "cannot be replaced", error.value());
   // The name is on the disk only when the folder is.
-  const Descriptor folder(file.has_parent_path() ? file.parent_path() : fs::path("."),
-                          O_RDONLY | O_DIRECTORY);
+  const Descriptor folder(part.folder(), O_RDONLY | O_DIRECTORY);
   if (!folder.is_open() || !folder.sync())
     config::fail_to_write(file, "its folder cannot be written to the disk", errno);
 }

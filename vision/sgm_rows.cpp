@@ -35,9 +35,9 @@ struct Differences {
 };
 constexpr Differences kDifferences;
 
-// Five things that depend on the width of vectors: with_first_of(v, next) is v without its first byte and
+// Three things that depend on the width of vectors: with_first_of(v, next) is v without its first byte and
 // with that of the next vector; with_last_of(v, previous) the opposite; least_byte the least byte in every
-// byte; differing(from(a), b) how many bits of each byte of b differ from those of a, of four bits both.
+// byte.
 #if HWY_TARGET == HWY_SCALAR
 
 HWY_INLINE V with_first_of(V, V next) { return next; }
@@ -82,7 +82,9 @@ HWY_INLINE V least_byte(V v) {
 
 #endif
 
-#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_AVX3_DL  // which count bits themselves
+// differing(from(a), b) is how many bits of each byte of b differ from those of a: of all eight where bits
+// are counted, else of four, and `a` comes sixteenfold.
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_AVX3_DL
 constexpr int kParts = Census::kBitPlanes;
 HWY_INLINE V from(std::uint8_t bits) { return set(bits); }
 HWY_INLINE V differing(V from, V bits) { return hn::PopulationCount(hn::Xor(from, bits)); }

@@ -206,7 +206,7 @@ TEST(RobotFile, NamesLineKeyAndRemedyOfHardwareThatCannotBe) {
             {"4: hardware.cameras.exposure: is not a key here, did you mean 'exposure_ms'?"}},
            {eyes + "rate_hz: 15\n", {"4: hardware.cameras.rate_hz: ", "did you mean 'rate'?"}},
            {eyes + "rate: 15\n    exposure_ms: 80\n",
-            {"5: hardware.cameras.exposure_ms: '80', expected a number from 0.1 to 66.6"}},
+            {"5: hardware.cameras.exposure_ms: '80', expected a number from 0.1 to 66.66 ms"}},
            {eyes + "gain: much\n", {"4: hardware.cameras.gain: 'much', expected a whole number"}},
            {eyes + "white_balance: 100\n",
             {"4: hardware.cameras.white_balance: '100', expected a whole number from 1000 to 20000 K"}},

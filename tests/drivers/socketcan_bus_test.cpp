@@ -276,6 +276,20 @@ TEST(SocketCanBus, KnowsWhenItOpensTheInterfaceThatItsControllerIsOffTheBusAlrea
   is_off_and_comes_back(2);
 }
 
+TEST(SocketCanBus, WaitsForAnInterfaceThatRunsSoonAfterItWasSetUp) {
+  Bench bench;
+  bench.kernel.runs = false;
+  bench.received();
+  ASSERT_EQ(bench.bus().state(), CanBusState::kBusOff);
+  bench.kernel.runs = true;
+  bench.received();
+  EXPECT_EQ(bench.bus().state(), CanBusState::kErrorActive) << "though nobody says a word";
+  EXPECT_TRUE(bench.bus().send(kFrame));
+  bench.report(CAN_ERR_BUSOFF);
+  bench.received();
+  EXPECT_EQ(bench.bus().state(), CanBusState::kBusOff) << "what the controller says counts more";
+}
+
 TEST(SocketCanBus, IsOnTheBusAgainWhenItHearsOthers) {
   Bench bench;
   bench.bus();
