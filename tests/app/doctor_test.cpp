@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <limits>
 #include <thread>
 
 #include <gmock/gmock.h>
