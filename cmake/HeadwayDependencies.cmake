@@ -11,6 +11,13 @@ find_package(octomap REQUIRED)
 find_package(Qhull REQUIRED)
 find_package(HWY REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(OpenSSL REQUIRED)
+
+# Beast and Asio are headers only.
+find_package(Boost 1.74 REQUIRED)
+add_library(headway_beast INTERFACE)
+target_link_libraries(headway_beast INTERFACE Boost::headers)
+target_compile_definitions(headway_beast INTERFACE BOOST_ASIO_DISABLE_CONCEPTS BOOST_ASIO_NO_DEPRECATED)
 
 add_library(headway_octomap INTERFACE)
 target_include_directories(headway_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})

@@ -19,15 +19,16 @@ struct ThreadKind {
   const char* does;
 };
 
-enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames, kSecond, kPictures, kRecord };
+enum class ThreadId : std::uint8_t { kBus, kAdapter, kFrames, kSecond, kPictures, kRecord, kOperator };
 
-inline constexpr std::array<ThreadKind, 6> kThreads{{
+inline constexpr std::array<ThreadKind, 7> kThreads{{
     {"headway-bus", 70, "the bus cycle: CAN in and out, head set-points, committed steps"},
     {"headway-adapter", 60, "what a CAN adapter on USB or a serial line needs: events, reopening"},
     {"headway-frames", 0, "the work between two frames: cameras, map, floor, plan"},
     {"headway-second", 0, "of the work between two frames, half of what can be divided"},
     {"headway-picture", 0, "what the simulated robot's cameras see"},
     {"headway-record", 0, "the recording and the black box: from the loops' queues to the disk"},
+    {"headway-page", 0, "the operator's page: all its clients"},
 }};
 constexpr const ThreadKind& kind(ThreadId id) { return kThreads[static_cast<std::size_t>(id)]; }
 constexpr int highest_priority() {

@@ -31,6 +31,7 @@ LIBRARIES = {
     "CLI11": ["CLI/*"],
     "Highway": ["hwy/*"],
     "Boost": ["boost/*"],
+    "OpenSSL": ["openssl/*"],
     "libusb": ["libusb.h", "libusb-1.0/*"],
     "libjpeg": ["jpeglib.h", "turbojpeg.h"],
     "zstd": ["zstd.h"],
@@ -58,7 +59,8 @@ ROOMS = {
     "runtime/recording": (["hal/error.h", "hal/time.h", "config/*"], ["fmt", "system", "zstd", "zlib"]),
     "runtime": (["hal/*", "config/*", "vision/*", "nav/*", "runtime/recording/*"],
                 ["Eigen", "fmt", "spdlog", "json", "expected", "threads", "system", "files", "zlib"]),
-    "operator": (["hal/*", "runtime/*"], ["Eigen", "fmt", "spdlog", "json", "expected", "Boost", "threads", "files"]),
+    "operator": (["hal/*", "runtime/*", "runtime/recording/*"],
+                 ["Eigen", "fmt", "spdlog", "json", "expected", "Boost", "OpenSSL", "libjpeg", "zlib", "threads", "system", "files"]),
     "app": (["*"], ["*"]),
 }
 
