@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/interrupts.h"
 #include "app/output_folder.h"
+#include "app/replay_player.h"
 #include "app/replay_session.h"
 #include "hal/error.h"
 #include "nav/cold_map_file.h"
@@ -17,6 +19,7 @@ namespace {
 
 struct Options {
   std::filesystem::path file, out;
+  ServeOptions page;
 };
 
 Json report_of(const Options& options, const ReplaySession& session) {
@@ -43,7 +46,18 @@ void write(const Options& options, const ReplaySession& session, OutputFolder& o
   fmt::print("{}\n", out.list());
 }
 
+int play(const Options& options) {
+  Interrupts interrupts;
+  hal::MonotonicClock clock;
+  ReplayPlayer player(options.file, options.page, clock);
+  fmt::print("{}\nCtrl-C ends it\n", player.address());
+  std::fflush(stdout);
+  player.play([&] { return interrupts.asked(); });
+  return kSuccess;
+}
+
 int run(const Options& options) {
+  if (options.page.serve) return play(options);
   recording::McapReader first(options.file);
   ReplaySession session(first);
   std::optional<OutputFolder> out;
@@ -78,6 +92,7 @@ void add_replay(CLI::App& app, Run& run_command) {
       ->required()
       ->type_name("FILE");
   command->add_option("--out", options->out, kOutHelp)->type_name("DIR");
+  add_serve_options(*command, options->page);
   command->footer(
       "Takes the files that follow (_01, _02, ...) too. Example: headway replay "
       "build/rec/recording_0001_00.mcap\n"

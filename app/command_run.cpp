@@ -21,6 +21,7 @@
 #include "app/live_control.h"
 #include "app/live_session.h"
 #include "app/local_socket.h"
+#include "app/operator_page.h"
 #include "app/other_master.h"
 #include "app/output_folder.h"
 #include "app/run_recorder.h"
@@ -42,6 +43,7 @@ struct Options {
   std::filesystem::path robot, out, record;
   std::string bus, left, right, socket, black_box;
   std::vector<double> goal, floor{20, 20};
+  ServeOptions page;
   double slower = 1;
 };
 
@@ -220,6 +222,17 @@ std::unique_ptr<LocalServer> listen(const Options& options, Log& log) {
   return nullptr;
 }
 
+/// What the page shows beside the status.
+OperatorPage::Beside beside(const LiveSession& session, const LiveStatus& status, Time now) {
+  const runtime::LoopFigures figures = session.loops().figures();
+  OperatorPage::Beside out;
+  out.bus_cycles = figures.bus_wake_up.count;
+  out.bus_missed = figures.missed;
+  out.bus_wake_max = figures.bus_wake_up.max;
+  out.metrics = status_metrics(status_json(session, status, now));
+  return out;
+}
+
 /// The loops hear no master's frames: this needs all of them. Gives the bus back.
 void listen_before(const std::string& bus, hal::Clock& clock) {
   const CanTransport wire = open_can_transport(bus, clock);
@@ -254,10 +267,16 @@ int run(Options options) {
   Taps taps(live.recorder);
   runtime::SecondProcessor second;
   runtime::StereoEyes eyes(taps.camera(*camera), robot.rig, robot.vision, second);
+  std::optional<OperatorPage> page;  // shown frames until the session has ended
   LiveSession session(robot, live, *wire.bus, eyes, clock);
   ServiceManager service;
   Log log(clock, service);
   const auto listener = listen(options, log);
+  if (options.page.serve) {
+    page.emplace(options.page, session.robot(), session.floor_grid(), live.start, session.line(), clock);
+    session.observe([&page](const runtime::FrameSnapshot& snapshot) { page->see(snapshot); });
+    log.say("the operator's page: {}", page->address());
+  }
   if (options.slower != 1) log.say("the clock runs {:g} times slower than real", options.slower);
   recorder.start();
   session.start();
@@ -278,6 +297,7 @@ int run(Options options) {
                                      status.state == runtime::MissionState::kStopped);
     if (listener)
       listener->serve([&](std::string_view line) { return answer(line, session, status, clock.now()); });
+    if (page) page->serve(status, beside(session, status, clock.now()), clock.now());
     if (interrupts.asked_to_reload())
       log.say(
           "SIGHUP: its files are read at the start only, for a robot must not change under way; restart it");
@@ -346,6 +366,7 @@ void add_run(CLI::App& app, Run& run_command) {
       "--black-box", options->black_box,
       "Folder for what was recorded of the half minute before a fault, or 'off'; default: the "
       "robot file's");
+  add_serve_options(*command, options->page);
   add_slower_option(*command, options->slower);
   command->footer(
       "Example: headway run robot.yaml --bus socketcan:can0 --goal 2,0.5 --out build/walk\n"

@@ -7,8 +7,11 @@
 
 #include "app/commands.h"
 #include "app/finite_range.h"
+#include "app/interrupts.h"
 #include "app/map_file.h"
 #include "app/odometry_options.h"
+#include "app/operator_page.h"
+#include "app/pace.h"
 #include "app/recording_preface.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
@@ -33,6 +36,7 @@ struct Options {
   double longest = 400;
   OdometryOptions odometry;
   std::optional<double> tilt_error, frame_rate;
+  ServeOptions page;
 };
 
 void print_memory(const runtime::Mapper& mapper) {
@@ -73,6 +77,26 @@ void tell_of(runtime::Recorder& recorder) {
              static_cast<double>(recorder.tape()->bytes()) / (1 << 20));
 }
 
+/// By the clock of the wall, with the page served, until somebody ends it.
+SimOutcome run_served(SimSession& session, const ServeOptions& options) {
+  Interrupts interrupts;
+  hal::MonotonicClock clock;
+  OperatorPage page(options, session.robot(), session.mapper().floor().grid, session.scene().world().start,
+                    session.line(), clock);
+  session.observe([&](const runtime::FrameSnapshot& snapshot) { page.see(snapshot); });
+  fmt::print("{}\nCtrl-C ends it\n", page.address());
+  std::fflush(stdout);
+  OperatorPage::Beside beside;
+  beside.simulated = true;
+  Pace pace(clock);
+  return session.run_while([&] {
+    beside.bus_cycles = session.bus_loop().counters().cycles;
+    beside.speed = pace.keep(session.now());
+    page.serve(session.status(), beside, session.now());
+    return !interrupts.asked();
+  });
+}
+
 int run(const Options& options) {
   Robot robot = read_robot(options.robot);
   if (options.execution == "orders") robot.mission.execution = nav::Execution::kOrders;
@@ -90,6 +114,7 @@ int run(const Options& options) {
   sim.seed = options.seed ? options.seed : world.seed;
   sim.longest = seconds(options.longest);
   sim.near = options.near;
+  sim.waits = options.page.serve;
   if (!options.faults.empty()) sim.faults = sim::read_faults(options.faults);
   if (!options.goal.empty()) {
     sim.goal.emplace();
@@ -121,7 +146,7 @@ int run(const Options& options) {
                   fmt::format("s  {}  {:.2f} m to go", name(session.mission().state()),
                               (base.position() - session.goal().position).norm()));
   });
-  const SimOutcome outcome = session.run();
+  const SimOutcome outcome = options.page.serve ? run_served(session, options.page) : session.run();
   if (recorder) recorder->stop();
   outputs.write(outcome, out);
   fmt::print("{}\n", out.list());
@@ -135,7 +160,7 @@ int run(const Options& options) {
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
   if (recorder) tell_of(*recorder);
-  return outcome.arrived ? kSuccess : kNotReached;
+  return outcome.arrived || outcome.end == "ended" ? kSuccess : kNotReached;
 }
 
 }  // namespace
@@ -191,6 +216,7 @@ void add_sim(CLI::App& app, Run& run_command) {
       ->check(CLI::IsMember(vision::matcher_names()))
       ->type_name("NAME")
       ->excludes("--range");
+  add_serve_options(*command, options->page);
   command->add_option("--longest", options->longest, "Give up after so many simulated seconds")
       ->check(finite_in(1, 36000))
       ->capture_default_str();

@@ -1,6 +1,5 @@
 #include "app/live_session.h"
 
-#include <algorithm>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -40,36 +39,6 @@ std::optional<Pose2> hear_where_it_stands(hal::CanBus& bus, hal::Clock& clock, D
   return std::nullopt;
 }
 
-const char* text_of(hal::HeadHealth health) {
-  switch (health) {
-    case hal::HeadHealth::kStarting:
-      return "starting";
-    case hal::HeadHealth::kReady:
-      return "ready";
-    case hal::HeadHealth::kDegraded:
-      return "degraded: its position stays away";
-    case hal::HeadHealth::kNotHomed:
-      return "not homed: a drive does not know where its joint is";
-    case hal::HeadHealth::kFault:
-      return "at fault";
-  }
-  return "?";
-}
-
-const char* text_of(hal::WalkerHealth health) {
-  switch (health) {
-    case hal::WalkerHealth::kStarting:
-      return "not heard yet";
-    case hal::WalkerHealth::kReady:
-      return "ready";
-    case hal::WalkerHealth::kNoChest:
-      return "without chest pose";
-    case hal::WalkerHealth::kLost:
-      return "lost";
-  }
-  return "?";
-}
-
 LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::CanBus& bus,
                          runtime::Eyes& eyes, hal::Clock& clock)
     : robot_(with(loop_setup(robot, options), robot)),
@@ -80,6 +49,7 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
       head_(bus_, head_config(robot_)),
       walker_(bus_),
       links_(std::make_unique<runtime::Links>()),
+      line_(*links_),
       mapper_(robot_.mapper, options.start),
       mission_(robot_.mission, mapper_.floor().grid),
       bus_loop_(bus_config(robot_, options.start), bus_, head_, walker_, *links_),
@@ -87,7 +57,10 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
               taps_.stopwatch(clock)),
       loops_(robot_.loops, clock, bus_loop_, frames_, *links_) {
   loops_.on_update([this] { report(); });
-  frames_.observe([this](const runtime::FrameSnapshot& snapshot) { taps_.see(snapshot); });
+  frames_.observe([this](const runtime::FrameSnapshot& snapshot) {
+    taps_.see(snapshot);
+    if (observer_) observer_(snapshot);
+  });
   taps_.watch(bus_loop_, frames_);
   if (!options.goal) return;
   check(*options.goal, options);
@@ -97,30 +70,7 @@ LiveSession::LiveSession(const Robot& robot, const LiveOptions& options, hal::Ca
 
 void LiveSession::go(const nav::Goal& goal) {
   check(goal, options_);
-  const runtime::SafetyReport& now = safety();
-  if (now.state == runtime::SafetyState::kFault)
-    throw InputError("the control computer reports a fault; look at it, then 'headway reset'");
-  for (std::size_t i = 0; i < runtime::kSources; ++i)
-    if (now.sources[i].level == runtime::SourceLevel::kLost)
-      throw InputError(fmt::format("{} lost; nothing is walked until it is back",
-                                   name(static_cast<runtime::SafetySource>(i))));
-  if (!links_->goals.push({goal, now.stops}))
-    throw Error("the frame loop takes no goals; does it hang? See 'headway status'");
-}
-
-void LiveSession::stay() {
-  ++word_.stops;
-  links_->operator_word.publish(word_);
-}
-
-void LiveSession::reset() {
-  ++word_.resets;
-  links_->operator_word.publish(word_);
-}
-
-const runtime::SafetyReport& LiveSession::safety() const {
-  links_->safety_now.update();
-  return links_->safety_now.value();
+  line_.go(goal);
 }
 
 bool LiveSession::stop() noexcept {
@@ -131,25 +81,7 @@ bool LiveSession::stop() noexcept {
 }
 
 /// In the frame loop's thread.
-void LiveSession::report() {
-  const runtime::BusReport& bus = links_->report.value();
-  LiveStatus status;
-  status.stamp = bus.stamp;
-  status.state = mission_.state();
-  const std::string& reason = mission_.reason();
-  std::copy_n(reason.begin(), std::min(reason.size(), status.reason.size() - 1), status.reason.begin());
-  status.base = frames_.localisation().steady() * bus.committed.stance.base();
-  status.head = bus.head.health;
-  status.walker = bus.walker;
-  status.level = frames_.level();
-  status.at_rest = bus.committed.at_rest;
-  status.goal = mission_.goal();
-  status.short_of_goal = mission_.short_of_goal();
-  status.frames = frames_.counters();
-  status.mission = mission_.counters();
-  status.times = frames_.times();
-  status_.publish(status);
-}
+void LiveSession::report() { status_.publish(live_status(frames_, mission_, links_->report.value())); }
 
 bool LiveSession::look(LiveStatus& into) {
   if (!status_.update()) return false;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "app/live_status.h"
 #include "app/robot_file.h"
 #include "app/taps.h"
 #include "drivers/can_walker.h"
@@ -15,6 +16,7 @@
 #include "runtime/bus_loop.h"
 #include "runtime/frame_loop.h"
 #include "runtime/live_loops.h"
+#include "runtime/operator_line.h"
 
 namespace headway::app {
 
@@ -30,26 +32,6 @@ struct LiveOptions {
   runtime::Recorder* recorder = nullptr;  ///< writes down what happens; null: nobody does
 };
 
-const char* text_of(hal::HeadHealth health);
-const char* text_of(hal::WalkerHealth health);
-
-/// How the robot is, as of the frame loop's newest order.
-struct LiveStatus {
-  Time stamp{};
-  runtime::MissionState state = runtime::MissionState::kStarting;
-  std::array<char, 200> reason{};  ///< why it stopped; ends with 0
-  Pose2 base;                      ///< where it believes to stand or to step to next, in the map
-  hal::HeadHealth head = hal::HeadHealth::kStarting;
-  hal::WalkerHealth walker = hal::WalkerHealth::kStarting;
-  runtime::FrameLevel level = runtime::FrameLevel::kFull;  ///< how much is done with each frame
-  bool at_rest = true;
-  std::optional<nav::Goal> goal;  ///< that it has, had or gave up
-  double short_of_goal = 0;       ///< as Mission::short_of_goal()
-  runtime::FrameLoopCounters frames;
-  runtime::MissionCounters mission;
-  runtime::StageTimes times;  ///< of the newest frame
-};
-
 class LiveSession {
  public:
   /// Bus, eyes and clock must outlive it. Throws InputError for a start or goal that the floor does not hold.
@@ -62,22 +44,23 @@ class LiveSession {
   /// As LiveLoops::left_hanging().
   const char* left_hanging() const noexcept { return loops_.left_hanging(); }
 
-  /// Goes to `goal`, in the map, in place of any other. Void where the robot is stopped before it
-  /// arrives. Throws InputError where the floor in use does not hold it, or while something is lost or at
-  /// fault; Error where too many goals wait already.
+  /// As OperatorLine::go(). Throws InputError also where the floor in use does not hold the goal.
   void go(const nav::Goal& goal);
-  /// Comes to rest, whatever the frame loop does; the goal is given up.
-  void stay();
-  /// Somebody has looked at the fault, of the control computer or a drive: where it is gone, goals count
-  /// again.
-  void reset();
+  void stay() { line_.stay(); }
+  void reset() { line_.reset(); }
+  runtime::OperatorLine& line() { return line_; }
+  /// Shown each frame's work, in the frame loop's thread; ahead of start().
+  void observe(runtime::FrameObserver observer) { observer_ = std::move(observer); }
+  const Robot& robot() const { return robot_; }
+  /// Of the floor in use.
+  const nav::FloorGrid& floor_grid() const { return mapper_.floor().grid; }
 
   /// True, and `into` filled, when there is news since the last call.
   bool look(LiveStatus& into);
   /// The same of the safety state's changes, one after the other.
   bool look(runtime::SafetyChange& into) { return links_->safety.pop(into); }
   /// As of the bus loop's newest cycle.
-  const runtime::SafetyReport& safety() const;
+  const runtime::SafetyReport& safety() const { return line_.safety(); }
   std::optional<std::string> failure() const { return loops_.failure(); }
   std::string refusal() const { return loops_.refusal(); }
   /// As LiveLoops::hanging().
@@ -102,12 +85,13 @@ class LiveSession {
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
+  runtime::OperatorLine line_;
   runtime::Mapper mapper_;
   runtime::Mission mission_;
   runtime::BusLoop bus_loop_;
   runtime::FrameLoop frames_;
+  runtime::FrameObserver observer_;
   hal::NewestSlot<LiveStatus> status_;
-  runtime::OperatorWord word_;  ///< the newest that was said
   runtime::LiveLoops loops_;
 };
 

@@ -51,6 +51,7 @@ void ReplaySession::run(recording::McapReader& part) {
   if (channels.empty()) throw InputError(part.name() + ": holds none of the topics that a replay needs");
   try {
     part.for_each(channels, [&](const recording::McapMessage& message) {
+      if (before_ && topics.at(message.channel) == Topic::kWork) before_(message.log_time);
       replay_->take({topics.at(message.channel), message.sequence, message.log_time, message.bytes});
     });
   } catch (const recording::CdrError& fault) {

@@ -1,10 +1,12 @@
 // The frame loop's work done again from a recording, by all that the recording was made with.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "app/live_status.h"
 #include "app/recording_preface.h"
 #include "runtime/eyes.h"
 #include "runtime/replay.h"
@@ -19,6 +21,10 @@ class ReplaySession {
   /// Goes through one file; the parts of a recording in their order. Throws InputError for a file without
   /// messages, or with such that are none.
   void run(recording::McapReader& part);
+  /// Called ahead of each work, with the time at which it was done; what it throws ends the run.
+  void before_each_work(std::function<void(Time)> what) { before_ = std::move(what); }
+  void observe(runtime::FrameObserver observer) { replay_->observe(std::move(observer)); }
+  LiveStatus status() const { return live_status(frames_, mission_, links_->report.value()); }
 
   const runtime::ReplayResult& result() const { return replay_->result(); }
   const runtime::Mapper& mapper() const { return mapper_; }
@@ -39,6 +45,7 @@ class ReplaySession {
   runtime::Mission mission_;
   runtime::FrameLoop frames_;
   std::unique_ptr<runtime::Replay> replay_;
+  std::function<void(Time)> before_;
 };
 
 /// The same recording's parts in their order: FILE_00.mcap, FILE_01.mcap, ... for the first of them; else the

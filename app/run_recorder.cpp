@@ -1,17 +1,13 @@
 #include "app/run_recorder.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <exception>
+
+#include "app/state_folder.h"
 
 namespace headway::app {
 
 namespace {
-
-std::string variable(const char* name) {
-  const char* value = std::getenv(name);
-  return value ? value : "";
-}
 
 runtime::RecorderConfig config_for(const RunRecorderOptions& options, const Robot& robot) {
   runtime::RecorderConfig config;
@@ -23,25 +19,13 @@ runtime::RecorderConfig config_for(const RunRecorderOptions& options, const Robo
   }
   const std::string box = options.black_box.empty() ? robot.recording.black_box : options.black_box;
   if (box == "off") return config;
-  config.black_box.emplace().folder = box.empty() ? default_black_box_folder() : std::filesystem::path(box);
+  config.black_box.emplace().folder = box.empty() ? state_folder() / "black_box" : std::filesystem::path(box);
   config.black_box->picture_bytes = robot.recording.black_box_bytes / 4 * 3;
   config.black_box->bytes = robot.recording.black_box_bytes - config.black_box->picture_bytes;
   return config;
 }
 
 }  // namespace
-
-std::filesystem::path default_black_box_folder() {
-  namespace fs = std::filesystem;
-  // systemd separates several by colons; ours has one.
-  if (const std::string state = variable("STATE_DIRECTORY"); !state.empty())
-    return fs::path(state.substr(0, state.find(':'))) / "black_box";
-  if (const std::string state = variable("XDG_STATE_HOME"); !state.empty())
-    return fs::path(state) / "headway/black_box";
-  if (const std::string home = variable("HOME"); !home.empty())
-    return fs::path(home) / ".local/state/headway/black_box";
-  return fs::temp_directory_path() / "headway/black_box";
-}
 
 RunRecorder::RunRecorder(const RunRecorderOptions& options, const Robot& robot, const LiveOptions& live,
                          hal::Clock& clock)

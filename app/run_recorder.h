@@ -12,10 +12,6 @@
 
 namespace headway::app {
 
-/// Where the black box goes where nobody says: $STATE_DIRECTORY (which systemd sets for a service), else the
-/// user's state folder ($XDG_STATE_HOME or ~/.local/state), else the machine's temporary one.
-std::filesystem::path default_black_box_folder();
-
 struct RunRecorderOptions {
   std::filesystem::path record;  ///< folder; empty: no recording
   std::string black_box;         ///< folder, or "off"; empty: as the robot file says, or the default

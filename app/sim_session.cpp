@@ -45,6 +45,7 @@ void check_goal(const nav::Goal& goal, const sim::World& world, const nav::Floor
 }
 
 nav::Goal goal_of(const Robot& robot, const sim::World& world, const SimOptions& options) {
+  if (options.waits && !options.goal) return {world.start.position(), std::nullopt};
   if (!options.goal && !world.goal)
     throw InputError(fmt::format("world '{}': has no goal; give one with --goal X,Y[,YAW]", world.name));
   if (!on_floor(world, world.start.position()))
@@ -83,6 +84,7 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
       head_(bus_, head_config(robot_)),
       walker_(bus_),
       links_(std::make_unique<runtime::Links>()),
+      line_(*links_),
       mapper_(robot_.mapper, world.start),
       mission_(robot_.mission, mapper_.floor().grid),
       bus_loop_(bus_config(robot_, world.start), bus_, head_, walker_, *links_),
@@ -114,6 +116,7 @@ SimSession::SimSession(const Robot& robot, const sim::World& world, const SimOpt
   });
   if (fault_schedule()) lockstep_.starve([this](Time now) { return starved(now); });
   taps_.watch(bus_loop_, frames_);
+  if (options.waits && !options.goal) return;
   taps_.set(goal_, clock_.now());
   mission_.set_goal(goal_);
 }
@@ -233,12 +236,25 @@ void SimSession::note_progress() {
   progress_at_ = clock_.now();
 }
 
+void SimSession::step() {
+  lockstep_.step();
+  note();
+  if (options_.recorder) options_.recorder->pump();
+}
+
+SimOutcome SimSession::run_while(const std::function<bool()>& go_on) {
+  while (go_on()) {
+    step();
+    if (body_.fallen()) return judge("fall");
+    if (body_.collision()) return judge("collision");
+  }
+  return judge("ended");
+}
+
 SimOutcome SimSession::run() {
   const Time end = clock_.now() + options_.longest;
   while (clock_.now() < end) {
-    lockstep_.step();
-    note();
-    if (options_.recorder) options_.recorder->pump();
+    step();
     if (body_.fallen()) return judge("fall");
     if (body_.collision()) return judge("collision");
     if (mission_.state() == runtime::MissionState::kArrived) return judge("arrived");

@@ -10,6 +10,7 @@
 
 #include "app/body_mask_check.h"
 #include "app/fault_check.h"
+#include "app/live_status.h"
 #include "app/precision.h"
 #include "app/reaction_check.h"
 #include "app/robot_file.h"
@@ -20,6 +21,7 @@
 #include "runtime/bus_loop.h"
 #include "runtime/frame_loop.h"
 #include "runtime/lockstep.h"
+#include "runtime/operator_line.h"
 #include "sim_hal/robot.h"
 #include "sim_hal/scene.h"
 #include "sim_hal/sim_camera.h"
@@ -35,6 +37,7 @@ struct SimOptions : SimulatedRobotOptions {
   std::optional<nav::Goal> goal;    ///< instead of the world's
   bool near = false;                ///< where no way leads to the goal, as near as it gets will do
   Duration longest = seconds(400);  ///< simulated time after which a run is given up
+  bool waits = false;               ///< for goals from outside, in place of walking to one
   runtime::Recorder* recorder = nullptr;  ///< writes down what happens; null: nobody does
 };
 
@@ -103,6 +106,11 @@ class SimSession {
   void send_to(const nav::Goal& goal);
   /// Until the robot has arrived, stopped, collided or fallen, or for options().longest.
   SimOutcome run();
+  /// Until it has collided or fallen, or `go_on`, asked after each period, says no.
+  SimOutcome run_while(const std::function<bool()>& go_on);
+  /// For who gives orders between two periods.
+  runtime::OperatorLine& line() { return line_; }
+  LiveStatus status() const { return live_status(frames_, mission_, links_->report.value()); }
 
   Time now() const { return clock_.now(); }
   const nav::Goal& goal() const { return goal_; }
@@ -126,6 +134,7 @@ class SimSession {
   const std::vector<SimSightFinding>& sight_findings() const { return sight_findings_; }
 
  private:
+  void step();
   runtime::Eyes& make_eyes();
   void move_world(Time now);
   void watch(const runtime::FrameSnapshot& snapshot);
@@ -155,6 +164,7 @@ class SimSession {
   drivers::Cia402Head head_;
   drivers::CanWalker walker_;
   std::unique_ptr<runtime::Links> links_;
+  runtime::OperatorLine line_;
   runtime::Mapper mapper_;
   runtime::Mission mission_;
   runtime::BusLoop bus_loop_;

@@ -186,6 +186,11 @@ struct OperatorStatus {
   double speed = 1;  ///< of a simulation, against real time
   std::uint32_t clients = 0, tour_left = 0;
   bool exploring = false;
+  // Of a recording that is played:
+  std::string recording_name;                            ///< empty: this is no recording
+  double played_at = 0, played_from = 0, played_to = 0;  ///< the run's clock [s]
+  double played_speed = 1;
+  bool played_paused = false;
   static void fields(auto& self, auto&& visit) {
     visit("stamp_ns", self.stamp_ns);
     visit("number", self.number);
@@ -237,6 +242,12 @@ struct OperatorStatus {
     visit("clients", self.clients);
     visit("tour_left", self.tour_left);
     visit("exploring", self.exploring);
+    visit("recording_name", self.recording_name);
+    visit("played_at", self.played_at);
+    visit("played_from", self.played_from);
+    visit("played_to", self.played_to);
+    visit("played_speed", self.played_speed);
+    visit("played_paused", self.played_paused);
   }
 };
 

@@ -32,6 +32,8 @@ class Source {
   virtual void look(const Wanted& wanted) = 0;
   /// The newest message of any channel but kVoxels.
   virtual Newest newest(Channel channel) const = 0;
+  /// OperatorStatus::number of the newest one.
+  virtual std::uint32_t status_number() const = 0;
 
   /// What has changed of the voxels since `version` (0: everything, and what was known is to be forgotten),
   /// at most some 2,000 bricks at once. `version` moves on; null when nothing has changed.

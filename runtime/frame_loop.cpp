@@ -37,6 +37,7 @@ bool FrameLoop::work(Time now) {
 bool FrameLoop::decide(Time now) {
   take_samples();
   take_goals();
+  take_looks();
   take_frame();
   if (!waiting_) return miss_frames(now);
   const auto pose = pose_at(waiting_->exposure);
@@ -107,6 +108,14 @@ void FrameLoop::take_goals() {
   GoalOrder order;
   while (links_.goals.pop(order)) {
     mission_.set_goal(order.goal, order.after);
+    if (intake_) intake_->takes(order);
+  }
+}
+
+void FrameLoop::take_looks() {
+  LookOrder order;
+  while (links_.looks.pop(order)) {
+    mission_.look(order);
     if (intake_) intake_->takes(order);
   }
 }

@@ -101,6 +101,7 @@ class FrameLoop {
   bool decide(Time now);
   void take_samples();
   void take_goals();
+  void take_looks();
   void take_frame();
   void account();
   bool miss_frames(Time now);

@@ -56,6 +56,7 @@ void FrameTap::begins(Time now, FrameLevel level) {
   work_.chest.clear();
   work_.head.clear();
   work_.goals.clear();
+  work_.looks.clear();
   work_.level = static_cast<std::uint8_t>(level);
   work_.frame.clear();
   work_.stopwatch_ns.clear();
@@ -67,11 +68,12 @@ void FrameTap::begins(Time now, FrameLevel level) {
 void FrameTap::takes(const hal::ChestSample& sample) { work_.chest.push_back(to_recorded(sample)); }
 void FrameTap::takes(const HeadSample& sample) { work_.head.push_back(to_recorded(sample)); }
 void FrameTap::takes(const GoalOrder& order) { work_.goals.push_back(to_recorded(order)); }
+void FrameTap::takes(const LookOrder& order) { work_.looks.push_back(to_recorded(order)); }
 
 /// What took nothing in, made no order and had no frame at hand changed nothing: it is left out.
 void FrameTap::ends(const MotionOrder* order, const BusReport& report, bool frame_waits) {
-  const bool took =
-      !work_.chest.empty() || !work_.head.empty() || !work_.goals.empty() || !work_.frame.empty();
+  const bool took = !work_.chest.empty() || !work_.head.empty() || !work_.goals.empty() ||
+                    !work_.looks.empty() || !work_.frame.empty();
   if (order != nullptr) {
     work_.report.push_back(to_recorded(report));
     work_.order.push_back(to_recorded(*order));

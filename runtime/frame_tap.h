@@ -26,6 +26,7 @@ class FrameTap final : public IntakeObserver {
   void takes(const hal::ChestSample& sample) override;
   void takes(const HeadSample& sample) override;
   void takes(const GoalOrder& order) override;
+  void takes(const LookOrder& order) override;
   void ends(const MotionOrder* order, const BusReport& report, bool frame_waits) override;
   void see(const FrameSnapshot& snapshot);
   void set(const nav::Goal& goal, Time now);

@@ -17,6 +17,7 @@ class IntakeObserver {
   virtual void takes(const hal::ChestSample& sample) = 0;
   virtual void takes(const HeadSample& sample) = 0;
   virtual void takes(const GoalOrder& order) = 0;
+  virtual void takes(const LookOrder& order) = 0;
   /// `order`: null when it made none. `report`: the newest that it has taken up. `frame_waits`: a frame is at
   /// hand whose pose is not known yet.
   virtual void ends(const MotionOrder* order, const BusReport& report, bool frame_waits) = 0;

@@ -58,6 +58,12 @@ struct GoalOrder {
   std::uint32_t after = 0;  ///< SafetyReport::stops as the operator knew them: one from before a stop is void
 };
 
+/// Operator -> frame loop: what the head is to look at where the robot stands and pursues nothing.
+struct LookOrder {
+  bool around = false;   ///< in all directions, as ahead of a walk
+  hal::HeadAngles head;  ///< else there
+};
+
 /// Bus loop -> whoever tells people.
 struct SafetyChange {
   Time stamp{};
@@ -80,6 +86,7 @@ struct Links {
   // Operator -> bus loop, frame loop
   hal::NewestSlot<OperatorWord> operator_word;
   hal::BoundedQueue<GoalOrder, 8> goals;
+  hal::BoundedQueue<LookOrder, 8> looks;
   // Bus loop -> whoever tells people; where nobody listens, what does not fit is dropped
   hal::NewestSlot<SafetyReport> safety_now;
   hal::BoundedQueue<SafetyChange, 64> safety;

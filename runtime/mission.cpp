@@ -80,6 +80,15 @@ void Mission::set_goal(const nav::Goal& goal, std::uint32_t after) {
   if (again) begin_look_around();
 }
 
+void Mission::look(const LookOrder& order) {
+  if (state_ != MissionState::kWaitGoal && !over()) return;
+  goal_.reset();  // what was arrived at or given up is not walked to again after the look
+  reason_.clear();
+  state_ = MissionState::kWaitGoal;
+  look_ = limited(order.head, config_.head);
+  if (order.around) begin_look_around();
+}
+
 MotionOrder Mission::update(const MissionInput& input) {
   stops_ = input.bus.safety.stops;
   if (!input.faulty) seen_ = input.now;

@@ -90,6 +90,9 @@ class Mission {
   /// more.
   void set_goal(const nav::Goal& goal, std::uint32_t after);
 
+  /// Looks there, or around, where the robot rests and pursues no goal; anywhere else it counts for nothing.
+  void look(const LookOrder& order);
+
   /// Decides what the robot does until the next frame.
   MotionOrder update(const MissionInput& input);
 

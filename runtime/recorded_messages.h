@@ -285,6 +285,17 @@ struct GoalOrder {
   }
 };
 
+/// As runtime::LookOrder.
+struct LookOrder {
+  static constexpr std::string_view kName = "headway_msgs/msg/LookOrder";
+  bool around = false;
+  HeadAngles head;
+  static void fields(auto& self, auto&& visit) {
+    visit("around", self.around);
+    visit("head", self.head);
+  }
+};
+
 /// One call of FrameLoop::work: all that it took in, and what came of it.
 struct Work {
   static constexpr std::string_view kName = "headway_msgs/msg/Work";
@@ -292,6 +303,7 @@ struct Work {
   std::vector<ChestSample> chest;
   std::vector<HeadSample> head;
   std::vector<GoalOrder> goals;
+  std::vector<LookOrder> looks;
   std::uint8_t level = 0;                  ///< runtime::FrameLevel
   std::vector<std::uint64_t> frame;        ///< the number of the frame that was taken from the camera
   std::vector<std::int64_t> stopwatch_ns;  ///< what its stopwatch showed, reading by reading
@@ -303,6 +315,7 @@ struct Work {
     visit("chest", self.chest);
     visit("head", self.head);
     visit("goals", self.goals);
+    visit("looks", self.looks);
     visit("level", self.level);
     visit("frame", self.frame);
     visit("stopwatch_ns", self.stopwatch_ns);

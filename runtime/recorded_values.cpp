@@ -207,6 +207,9 @@ HeadSample from_recorded(const recorded::HeadSample& s) { return {time(s.stamp_n
 recorded::GoalOrder to_recorded(const GoalOrder& order) { return {to_recorded(order.goal), order.after}; }
 GoalOrder from_recorded(const recorded::GoalOrder& order) { return {from_recorded(order.goal), order.after}; }
 
+recorded::LookOrder to_recorded(const LookOrder& order) { return {order.around, put(order.head)}; }
+LookOrder from_recorded(const recorded::LookOrder& order) { return {order.around, take(order.head)}; }
+
 recorded::Goal to_recorded(const nav::Goal& goal) {
   recorded::Goal out{goal.position.x(), goal.position.y(), {}, goal.tolerance, goal.near};
   if (goal.yaw) out.yaw.push_back(*goal.yaw);

@@ -21,6 +21,8 @@ recorded::HeadSample to_recorded(const HeadSample& sample);
 HeadSample from_recorded(const recorded::HeadSample& sample);
 recorded::GoalOrder to_recorded(const GoalOrder& order);
 GoalOrder from_recorded(const recorded::GoalOrder& order);
+recorded::LookOrder to_recorded(const LookOrder& order);
+LookOrder from_recorded(const recorded::LookOrder& order);
 recorded::Goal to_recorded(const nav::Goal& goal);
 nav::Goal from_recorded(const recorded::Goal& goal);
 

@@ -66,8 +66,10 @@ std::string first_difference(const recorded::MotionOrder& was, const recorded::M
 
 Replay::Replay(const Parts& parts) : parts_(parts) {
   parts_.frames.show(*this);
-  parts_.frames.observe(
-      [this](const FrameSnapshot& snapshot) { floor_sum_ = sum_of(snapshot.mapper.floor()); });
+  parts_.frames.observe([this](const FrameSnapshot& snapshot) {
+    floor_sum_ = sum_of(snapshot.mapper.floor());
+    if (observer_) observer_(snapshot);
+  });
 }
 
 void Replay::ends(const MotionOrder* order, const BusReport&, bool) {
@@ -129,6 +131,7 @@ bool Replay::work(const recorded::Work& work) {
     fits &= parts_.links.chest.push(from_recorded(sample));
   for (const recorded::HeadSample& sample : work.head) fits &= parts_.links.head.push(from_recorded(sample));
   for (const recorded::GoalOrder& order : work.goals) fits &= parts_.links.goals.push(from_recorded(order));
+  for (const recorded::LookOrder& order : work.looks) fits &= parts_.links.looks.push(from_recorded(order));
   if (work.level >= kFrameLevels)
     return miss(fmt::format("the work at {:.3f} s is of no level", to_seconds(now)));
   if (!fits) return miss(fmt::format("the work at {:.3f} s took in more than one can", to_seconds(now)));

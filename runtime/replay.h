@@ -81,12 +81,15 @@ class Replay final : public IntakeObserver {
   /// Throws recording::CdrError for a row that is no such message.
   bool take(const Row& row);
   const ReplayResult& result() const { return result_; }
+  /// Shown each frame's work too.
+  void observe(FrameObserver observer) { observer_ = std::move(observer); }
 
  private:
   void begins(Time, FrameLevel) override {}
   void takes(const hal::ChestSample&) override {}
   void takes(const HeadSample&) override {}
   void takes(const GoalOrder&) override {}
+  void takes(const LookOrder&) override {}
   void ends(const MotionOrder* order, const BusReport& report, bool frame_waits) override;
 
   bool work(const recorded::Work& work);
@@ -99,6 +102,7 @@ class Replay final : public IntakeObserver {
   std::vector<recording::ros::Image> pictures_;
   std::optional<MotionOrder> order_;  ///< of the work done last
   std::uint32_t floor_sum_ = 0;
+  FrameObserver observer_;
   ReplayResult result_;
 };
 

@@ -110,6 +110,38 @@ TEST(Mission, ArrivesWhenAllIsWalked) {
   EXPECT_EQ(bench.order.walk, Walk::kStop);
 }
 
+TEST(Mission, LooksWhereItIsToldOnlyWhereItRests) {
+  Bench bench;
+  bench.frames(20);
+  ASSERT_EQ(bench.mission.state(), MissionState::kWaitGoal);
+  bench.mission.look({.around = false, .head = {0.4, 0.3}});
+  bench.frames(1);
+  EXPECT_EQ(bench.order.look.pan, 0.4);
+  EXPECT_EQ(bench.order.look.tilt, 0.3);
+  bench.mission.look({.around = false, .head = {9, 0.3}});
+  bench.frames(1);
+  EXPECT_EQ(bench.order.look.pan, bench.mission_config.head.upper.pan) << "no farther than the neck turns";
+  bench.until_walking(kAhead);
+  ASSERT_EQ(bench.mission.state(), MissionState::kWalk);
+  bench.mission.look({.around = true, .head = {}});
+  bench.frames(1);
+  EXPECT_EQ(bench.mission.state(), MissionState::kWalk);
+}
+
+TEST(Mission, ALookIsNotFollowedByAWalkToAGoalThatIsOver) {
+  Bench bench;
+  bench.until_walking(kAhead);
+  bench.walk_all();
+  ASSERT_EQ(bench.mission.state(), MissionState::kArrived);
+  bench.bus.committed.stance = hal::Stance::parallel({1, 0, 0}, bench.mission_config.gait.feet_apart);
+  bench.mission.look({.around = true, .head = {}});
+  bench.frames(1);
+  EXPECT_EQ(bench.mission.state(), MissionState::kLookAround);
+  bench.frames(40);
+  EXPECT_EQ(bench.mission.state(), MissionState::kWaitGoal);
+  EXPECT_EQ(bench.order.walk, Walk::kStop);
+}
+
 TEST(Mission, WalksInOrdersAndGivesNewOnesWhereAWalkEndedAmidOne) {
   MissionConfig config = hand_made();
   config.execution = nav::Execution::kOrders;

@@ -105,6 +105,10 @@ TEST(RecordedValues, WhatSafetyRestsUponComesBack) {
   const GoalOrder goal{{{1, 2}, 0.5}, 3};
   EXPECT_EQ(from_recorded(to_recorded(goal)).after, 3U);
   EXPECT_EQ(from_recorded(to_recorded(goal)).goal.yaw, 0.5);
+  const LookOrder look = from_recorded(to_recorded(LookOrder{true, {0.25, -0.5}}));
+  EXPECT_TRUE(look.around);
+  EXPECT_EQ(look.head.pan, 0.25);
+  EXPECT_EQ(look.head.tilt, -0.5);
 }
 
 RC_GTEST_PROP(RecordedValues, SamplesComeBackToTheLastBit, (double a, double b, double c)) {

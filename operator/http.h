@@ -1,0 +1,23 @@
+// What a plain HTTP request is answered, but for logging in and upgrades. No sockets.
+#pragma once
+
+#include <string>
+
+#include <boost/beast/http.hpp>
+
+#include "operator/page_files.h"
+#include "operator/source.h"
+
+namespace headway::remote {
+
+using Request = boost::beast::http::request<boost::beast::http::string_body>;
+using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+/// With the headers that every answer of ours has.
+Response respond(const Request& request, boost::beast::http::status status, std::string body,
+                 std::string_view mime = "text/plain; charset=utf-8");
+
+/// A file of the page, or what the source holds; 404 for all else, 405 for methods that change something.
+Response get(const Request& request, std::span<const PageFile> page, Source& source);
+
+}  // namespace headway::remote
