@@ -43,10 +43,12 @@ std::string view(beast::string_view text) { return {text.data(), text.size()}; }
 
 std::string refusal(const std::string& why) { return Json{{"ok", false}, {"error", why}}.dump(); }
 
-bool is_loopback(const std::string& address) {
+asio::ip::address address_of(const ServerConfig& config) {
   beast::error_code fault;
-  const auto parsed = asio::ip::make_address(address, fault);
-  return !fault && parsed.is_loopback();
+  const auto address = asio::ip::make_address(config.address, fault);
+  if (fault)
+    throw InputError(fmt::format("--address {}: expected an IP address such as 127.0.0.1", config.address));
+  return address;
 }
 
 }  // namespace
@@ -95,7 +97,7 @@ class Server::Room {
   };
 
   std::optional<Tokens> tokens(const ServerConfig& config) {
-    if (config.require_token || !is_loopback(config.address)) tokens_ = tokens_in(config.token_file);
+    if (config.require_token || !address_of(config).is_loopback()) tokens_ = tokens_in(config.token_file);
     return tokens_;
   }
   void listen();
@@ -202,10 +204,7 @@ class Server::Room::Connection : public std::enable_shared_from_this<Connection>
 
 void Server::Room::listen() {
   beast::error_code fault;
-  const auto address = asio::ip::make_address(config_.address, fault);
-  if (fault)
-    throw InputError(fmt::format("--address {}: expected an IP address such as 127.0.0.1", config_.address));
-  const tcp::endpoint at(address, config_.port);
+  const tcp::endpoint at(address_of(config_), config_.port);
   acceptor_.open(at.protocol(), fault);
   if (!fault) acceptor_.set_option(asio::socket_base::reuse_address(true), fault);
   if (!fault) acceptor_.bind(at, fault);
@@ -349,6 +348,7 @@ void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
   const auto viewer = std::make_shared<Viewer>(
       std::move(stream), number, role,
       Viewer::Host{[this](Viewer& who, const foxglove::Call& what) { call(who, what); },
+                   [this](Channel channel) { return source_.newest(channel).number; },
                    [this](Viewer& who) {
                      gone_messages_ += who.sent();
                      gone_dropped_ += who.dropped();

@@ -92,8 +92,7 @@ void Viewer::hear() {
         note("subscribe: 64 subscriptions are enough for any page");
         break;
       }
-      const std::uint64_t from =
-          kind(one.channel).latched ? 0 : newest_[static_cast<std::size_t>(one.channel)];
+      const std::uint64_t from = kind(one.channel).latched ? 0 : host_.newest(one.channel);
       subscriptions_[one.subscription] = {one.channel, from};
     }
   } else if (const auto* unsubscribe = std::get_if<foxglove::Unsubscribe>(&heard)) {
@@ -159,8 +158,6 @@ void Viewer::want(Wanted& wanted) const {
 }
 
 void Viewer::send_news(Source& source) {
-  for (std::size_t i = 0; i < kChannels.size(); ++i)
-    newest_[i] = source.newest(static_cast<Channel>(i)).number;
   if (writing_ || !open_ || closing_) return;
   write_newest(source);
 }

@@ -30,6 +30,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   /// What a viewer needs of the server; called in its thread.
   struct Host {
     std::function<void(Viewer&, const foxglove::Call&)> call;
+    std::function<std::uint64_t(Channel)> newest;  ///< number of the newest message
     std::function<void(Viewer&)> gone;
   };
   Viewer(boost::beast::tcp_stream stream, std::uint64_t number, Role role, Host host);
@@ -85,7 +86,6 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   std::array<std::byte, 13> head_{};
   std::shared_ptr<const std::vector<std::byte>> body_;
   std::uint64_t sent_ = 0, dropped_ = 0;
-  std::array<std::uint64_t, kChannels.size()> newest_{};  ///< that it was told of at its subscription
 };
 
 }  // namespace headway::remote

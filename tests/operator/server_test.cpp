@@ -1,0 +1,567 @@
+// The server under clients that mean it no good, and those that only do it badly. docs/security.md names
+// these tests.
+#include "operator/server.h"
+
+#include <atomic>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "hal/clock.h"
+#include "hal/error.h"
+#include "operator/access.h"
+#include "operator/foxglove.h"
+#include "operator/http.h"
+
+namespace headway::remote {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+constexpr Duration kPatience = seconds(20);
+
+/// Messages of a chosen size, a new one of each channel whenever it is looked at.
+class Flow final : public Source {
+ public:
+  void look(const Wanted&) override {
+    for (std::size_t i = 0; i < kChannels.size(); ++i) {
+      if (i != static_cast<std::size_t>(Channel::kPicture) && newest_[i].number > 0) continue;
+      newest_[i].cdr = std::make_shared<const std::vector<std::byte>>(size_);
+      ++newest_[i].number;
+    }
+    ++number_;
+  }
+  Newest newest(Channel channel) const override { return newest_[static_cast<std::size_t>(channel)]; }
+  std::uint32_t status_number() const override { return number_; }
+  std::shared_ptr<const std::vector<std::byte>> voxels(std::uint64_t& version) override {
+    return std::exchange(version, 1) == 0 ? std::make_shared<const std::vector<std::byte>>(100) : nullptr;
+  }
+  std::shared_ptr<const std::string> file(const std::string& name) override {
+    return name == "map.pgm" ? std::make_shared<const std::string>("P5") : nullptr;
+  }
+  std::string metrics() override { return "headway_up 1\n"; }
+
+  std::size_t size_ = 1000;
+
+ private:
+  std::array<Newest, kChannels.size()> newest_;
+  std::uint32_t number_ = 0;
+};
+
+constexpr unsigned char kPicture[] = {0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 2, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+const PageFile kPage[] = {{"/index.html", "text/html; charset=utf-8", "\"1\"", kPicture}};
+
+/// A server, and the main loop that answers when it is asked to.
+class ServerTest : public testing::Test {
+ protected:
+  void begin_with_token() {
+    ServerConfig config;
+    config.require_token = true;
+    begin(config);
+  }
+  void begin(ServerConfig config = {}) {
+    config.port = 0;
+    config.page = kPage;
+    if (config.require_token) config.token_file = folder_ / "tokens";
+    server_.emplace(config, flow_, clock_);
+    if (config.require_token) tokens_ = tokens_in(config.token_file);
+  }
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("headway_server_{}", ::getpid());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override {
+    server_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void serve() {
+    server_->serve([this](const Ask& ask) {
+      asked_.push_back(ask);
+      return std::string(R"({"ok":true})");
+    });
+  }
+  bool was_asked(const std::string& service) const {
+    return std::ranges::any_of(asked_, [&](const Ask& ask) { return ask.service == service; });
+  }
+  template <class Done>
+  bool until(const Done& done) {
+    for (const Time end = clock_.now() + kPatience; clock_.now() < end;) {
+      if (done()) return true;
+      clock_.sleep_until(clock_.now() + seconds(0.005));
+    }
+    return done();
+  }
+
+  hal::MonotonicClock clock_;
+  Flow flow_;
+  std::filesystem::path folder_;
+  Tokens tokens_;
+  std::vector<Ask> asked_;
+  std::optional<Server> server_;
+};
+
+/// A plain TCP client.
+struct Raw {
+  explicit Raw(const Server& server) : socket(io) {
+    socket.connect({asio::ip::make_address("127.0.0.1"), server.port()});
+  }
+  void send(const std::string& text) {
+    beast::error_code ignored;
+    asio::write(socket, asio::buffer(text), ignored);
+  }
+  /// All up to the end of the connection, or the first so many bytes.
+  std::string receive(std::size_t most = 1 << 20) {
+    std::string all(most, 0);
+    beast::error_code ignored;
+    all.resize(asio::read(socket, asio::buffer(all), asio::transfer_at_least(most), ignored));
+    return all;
+  }
+  asio::io_context io;
+  tcp::socket socket;
+};
+
+using Fields = std::vector<std::pair<std::string, std::string>>;
+
+Response request(const Server& server, http::verb verb, const std::string& target, const Fields& fields = {},
+                 const std::string& body = "") {
+  Raw raw(server);
+  Request request{verb, target, 11};
+  request.set(http::field::host, fmt::format("127.0.0.1:{}", server.port()));
+  for (const auto& [key, value] : fields) request.set(key, value);
+  request.body() = body;
+  request.keep_alive(false);
+  request.prepare_payload();
+  http::write(raw.socket, request);
+  beast::flat_buffer buffer;
+  Response response;
+  http::read(raw.socket, buffer, response);
+  return response;
+}
+int code(const Server& server, http::verb verb, const std::string& target, const Fields& fields = {},
+         const std::string& body = "") {
+  return request(server, verb, target, fields, body).result_int();
+}
+
+/// What a request to become a WebSocket is answered.
+int upgrade(const Server& server, const Fields& fields = {}, const std::string& target = "/ws",
+            const std::string& protocol = "foxglove.websocket.v1") {
+  Fields all{{"Connection", "Upgrade"},
+             {"Upgrade", "websocket"},
+             {"Sec-WebSocket-Version", "13"},
+             {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}};
+  if (!protocol.empty()) all.emplace_back("Sec-WebSocket-Protocol", protocol);
+  all.insert(all.end(), fields.begin(), fields.end());
+  return code(server, http::verb::get, target, all);
+}
+
+/// A WebSocket client that knows the protocol's bytes.
+struct Talker {
+  explicit Talker(const Server& server, const Fields& fields = {}, const std::string& target = "/ws",
+                  const std::string& protocol = "foxglove.websocket.v1")
+      : socket(io) {
+    beast::get_lowest_layer(socket).connect({asio::ip::make_address("127.0.0.1"), server.port()});
+    socket.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
+      if (!protocol.empty()) request.set(http::field::sec_websocket_protocol, protocol);
+      for (const auto& [key, value] : fields) request.set(key, value);
+    }));
+    socket.handshake(answer, fmt::format("127.0.0.1:{}", server.port()), target, refused);
+    if (refused) return;
+    for (int i = 0; i < 3; ++i) hear();  // what there is
+  }
+  /// The next message; its text, or its bytes as they are. Empty when the connection has ended.
+  std::string hear() {
+    beast::flat_buffer buffer;
+    socket.read(buffer, ended);
+    return ended ? "" : beast::buffers_to_string(buffer.data());
+  }
+  void say(const std::string& text) {
+    socket.text(true);
+    socket.write(asio::buffer(text), ended);
+  }
+  void say_bytes(const std::string& bytes) {
+    socket.binary(true);
+    socket.write(asio::buffer(bytes), ended);
+  }
+  static std::string call_bytes(std::uint32_t service, std::uint32_t id, const std::string& body) {
+    std::string out(1, '\2');
+    for (const std::uint32_t word : {service, id, std::uint32_t{4}})
+      out.append(reinterpret_cast<const char*>(&word), sizeof word);
+    return out + "json" + body;
+  }
+  static std::uint32_t service(std::string_view name) {
+    for (std::uint32_t i = 0; i < foxglove::kServices.size(); ++i)
+      if (foxglove::kServices[i].name == name) return i;
+    return 999;
+  }
+  void call(std::string_view name, const std::string& body = "{}") {
+    say_bytes(call_bytes(service(name), ++last, body));
+  }
+  /// The answer to the newest call, whatever else comes before it.
+  Json answered() {
+    for (;;) {
+      const std::string text = hear();
+      if (text.empty()) return nullptr;
+      if (text[0] == '\3' && text.size() > 17) return Json::parse(text.substr(17));
+      if (text[0] == '{') {
+        const Json said = Json::parse(text);
+        if (said.at("op") == "serviceCallFailure") return said;
+      }
+    }
+  }
+  /// The next status that it is told.
+  std::string told() {
+    for (;;) {
+      const std::string text = hear();
+      if (text.empty()) return "";
+      if (text[0] == '{' && Json::parse(text).at("op") == "status") return Json::parse(text).at("message");
+    }
+  }
+
+  asio::io_context io;
+  websocket::stream<beast::tcp_stream> socket;
+  websocket::response_type answer;
+  beast::error_code refused, ended;
+  std::uint32_t last = 0;
+};
+
+const std::string kStatusSubscription = R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":0}]})";
+
+TEST_F(ServerTest, ServesThePageAndItsFiles) {
+  begin();
+  const Response page = request(*server_, http::verb::get, "/", {{"Accept-Encoding", "gzip"}});
+  EXPECT_EQ(page.result_int(), 200U);
+  EXPECT_EQ(page[http::field::content_encoding], "gzip");
+  EXPECT_THAT(std::string(page["Content-Security-Policy"]), HasSubstr("default-src 'none'"));
+  EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
+  EXPECT_EQ(code(*server_, http::verb::get, "/", {{"If-None-Match", "\"1\""}}), 304);
+  EXPECT_EQ(request(*server_, http::verb::get, "/healthz").body(), "ok\n");
+  EXPECT_EQ(request(*server_, http::verb::get, "/metrics").body(), "headway_up 1\n");
+  EXPECT_EQ(request(*server_, http::verb::get, "/map.pgm").body(), "P5");
+  EXPECT_EQ(code(*server_, http::verb::get, "/map.bt"), 404);
+  EXPECT_EQ(code(*server_, http::verb::post, "/"), 405);
+}
+
+TEST_F(ServerTest, PathsLeadNowhereElse) {
+  begin();
+  for (const char* path : {"/../etc/passwd", "/%2e%2e/etc/passwd", "//etc/passwd", "/page/../../tokens",
+                           "/map.pgm/..", "/index.html%00.js", "/\\..\\x"})
+    EXPECT_EQ(code(*server_, http::verb::get, path), 404) << path;
+}
+
+TEST_F(ServerTest, OtherNamesAndOriginsAreTurnedAway) {
+  begin();
+  EXPECT_EQ(code(*server_, http::verb::get, "/", {{"Host", "evil.example"}}), 421);
+  EXPECT_EQ(code(*server_, http::verb::get, "/", {{"Host", "127.0.0.1.evil.example"}}), 421);
+  EXPECT_EQ(code(*server_, http::verb::get, "/", {{"Origin", "http://evil.example"}}), 403);
+  EXPECT_EQ(code(*server_, http::verb::get, "/", {{"Origin", "null"}}), 403);
+  EXPECT_EQ(
+      code(*server_, http::verb::get, "/", {{"Origin", fmt::format("http://127.0.0.1:{}", server_->port())}}),
+      200);
+  Talker foreign(*server_, {{"Origin", "http://evil.example"}});
+  EXPECT_TRUE(foreign.refused) << "a page of another server must not steer the robot";
+  EXPECT_EQ(upgrade(*server_, {{"Origin", "http://evil.example"}}), 403);
+}
+
+TEST_F(ServerTest, WithoutATokenNothingIsShownWhereOneIsNeeded) {
+  begin_with_token();
+  EXPECT_EQ(code(*server_, http::verb::get, "/map.pgm"), 401);
+  EXPECT_EQ(code(*server_, http::verb::get, "/metrics"), 401);
+  EXPECT_EQ(code(*server_, http::verb::get, "/healthz"), 200);
+  EXPECT_EQ(Json::parse(request(*server_, http::verb::get, "/session").body()).at("role"), "none");
+  Talker stranger(*server_);
+  EXPECT_TRUE(stranger.refused);
+  EXPECT_EQ(upgrade(*server_), 401);
+  Talker forged(*server_, {{"Cookie", "headway_session=" + std::string(64, 'a')}});
+  EXPECT_TRUE(forged.refused);
+}
+
+TEST_F(ServerTest, ATokenIsTradedForACookieThatScriptsCannotRead) {
+  begin_with_token();
+  const Fields json{{"Content-Type", "application/json"}};
+  const Response in =
+      request(*server_, http::verb::post, "/login", json, Json{{"token", tokens_.operate}}.dump());
+  ASSERT_EQ(in.result_int(), 204U);
+  const std::string cookie(in[http::field::set_cookie]);
+  EXPECT_THAT(cookie, HasSubstr("HttpOnly"));
+  EXPECT_THAT(cookie, HasSubstr("SameSite=Strict"));
+  const std::string session = cookie.substr(0, cookie.find(';'));
+  EXPECT_THAT(session, testing::Not(HasSubstr(tokens_.operate)));
+  Talker known(*server_, {{"Cookie", "a=b; " + session}});
+  EXPECT_FALSE(known.refused);
+  server_.reset();
+  begin_with_token();
+  Talker replayed(*server_, {{"Cookie", session}});
+  EXPECT_TRUE(replayed.refused) << "a cookie of an earlier run counts no more";
+}
+
+TEST_F(ServerTest, TokensCannotBeGuessedQuickly) {
+  begin_with_token();
+  const Fields json{{"Content-Type", "application/json"}};
+  int wrong = 0, refused = 0;
+  for (int i = 0; i < 12; ++i) {
+    const int answer =
+        code(*server_, http::verb::post, "/login", json, Json{{"token", random_token()}}.dump());
+    wrong += answer == 401;
+    refused += answer == 429;
+  }
+  EXPECT_EQ(wrong, Access::kMostFailures);
+  EXPECT_EQ(refused, 12 - Access::kMostFailures);
+}
+
+TEST_F(ServerTest, FormsOfOtherPagesCannotLogIn) {
+  begin_with_token();
+  const std::string body = Json{{"token", tokens_.operate}}.dump();
+  EXPECT_EQ(code(*server_, http::verb::post, "/login", {{"Content-Type", "text/plain"}}, body), 415);
+  EXPECT_EQ(code(*server_, http::verb::post, "/login",
+                 {{"Content-Type", "application/json"}, {"Origin", "http://evil.example"}}, body),
+            403);
+  EXPECT_EQ(code(*server_, http::verb::get, "/login"), 405);
+  EXPECT_EQ(code(*server_, http::verb::post, "/login", {{"Content-Type", "application/json"}}, "[1"), 400);
+}
+
+TEST_F(ServerTest, TokensThatOthersMayReadAreRefused) {
+  const std::filesystem::path file = folder_ / "tokens";
+  tokens_in(file);
+  using std::filesystem::perms;
+  EXPECT_EQ(std::filesystem::status(file).permissions(), perms::owner_read | perms::owner_write);
+  std::filesystem::permissions(file, perms::owner_read | perms::group_read);
+  EXPECT_THROW(tokens_in(file), InputError);
+  std::ofstream(folder_ / "bad") << "operator 12\n";
+  std::filesystem::permissions(folder_ / "bad", perms::owner_read);
+  EXPECT_THROW(tokens_in(folder_ / "bad"), InputError);
+}
+
+TEST_F(ServerTest, AViewerLooksOnAndMayStop) {
+  begin_with_token();
+  const Response in = request(*server_, http::verb::post, "/login", {{"Content-Type", "application/json"}},
+                              Json{{"token", tokens_.view}}.dump());
+  const std::string cookie(in[http::field::set_cookie]);
+  Talker viewer(*server_, {{"Cookie", cookie.substr(0, cookie.find(';'))}});
+  viewer.call("take_control");
+  EXPECT_THAT(viewer.answered().dump(), HasSubstr("viewer"));
+  viewer.call("plan_preview", R"({"x":0,"y":0})");
+  EXPECT_THAT(viewer.answered().dump(), HasSubstr("viewer"));
+  viewer.call("stop");
+  ASSERT_TRUE(until([&] { return serve(), was_asked("stop"); }));
+  EXPECT_EQ(viewer.answered().at("ok"), true);
+  EXPECT_FALSE(was_asked("plan_preview"));
+}
+
+TEST_F(ServerTest, OnlyWhoHasControlIsObeyed) {
+  begin();
+  Talker one(*server_), other(*server_);
+  one.call("plan_confirm", R"({"plan":1})");
+  EXPECT_THAT(one.answered().dump(), HasSubstr("take control first"));
+  one.call("take_control", R"({"name":"Ada"})");
+  EXPECT_EQ(one.answered().at("lease"), 1);
+  other.call("take_control", R"({"name":"Bob"})");
+  EXPECT_THAT(other.answered().dump(), HasSubstr("Ada has control"));
+  other.call("plan_preview", R"({"x":0,"y":0})");
+  EXPECT_THAT(other.answered().dump(), HasSubstr("Ada has control"));
+  other.call("renew", R"({"lease":1,"state":4000000000})");
+  EXPECT_THAT(other.answered().dump(), HasSubstr("do not have control"));
+  one.call("plan_preview", R"({"x":0,"y":0})");
+  ASSERT_TRUE(until([&] { return serve(), was_asked("plan_preview"); }));
+  EXPECT_EQ(one.answered().at("ok"), true);
+  one.call("release_control");
+  EXPECT_EQ(one.answered().at("ok"), true);
+  other.call("take_control", R"({"name":"Bob"})");
+  EXPECT_EQ(other.answered().at("lease"), 2);
+  EXPECT_EQ(server_->holder().name, "Bob");
+}
+
+TEST_F(ServerTest, WhoSeesNothingNewCannotRenew) {
+  begin();
+  Talker blind(*server_);
+  blind.call("take_control");
+  ASSERT_EQ(blind.answered().at("ok"), true);
+  blind.call("renew", R"({"lease":1,"state":0})");
+  EXPECT_THAT(blind.answered().dump(), HasSubstr("too old"));
+  blind.call("renew", R"({"lease":1})");
+  EXPECT_THAT(blind.answered().dump(), HasSubstr("expected lease and state"));
+}
+
+TEST_F(ServerTest, BadRequestsAreAnsweredAndCostOnlyTheirSender) {
+  begin();
+  Talker bad(*server_), good(*server_);
+  const auto told = [&](const std::string& text) {
+    bad.say(text);
+    return bad.told();
+  };
+  EXPECT_THAT(told("hello"), HasSubstr("JSON object"));
+  EXPECT_THAT(told("{}"), HasSubstr("op: is missing"));
+  EXPECT_THAT(told(R"({"op":"dance"})"), HasSubstr("not offered"));
+  EXPECT_THAT(told(R"({"op":"subscribe"})"), HasSubstr("expected a list"));
+  EXPECT_THAT(told(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":99}]})"),
+              HasSubstr("no channel 99"));
+  EXPECT_THAT(told(R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]})"),
+              HasSubstr("whole number"));
+  EXPECT_THAT(told(R"({"op":"unsubscribe","subscriptionIds":["x"]})"), HasSubstr("whole numbers"));
+  EXPECT_THAT(told(std::string(1000, '[')), HasSubstr("not deeper than 16"));
+  EXPECT_THAT(told(R"({"op":"advertise","channels":[]})"), HasSubstr("not acted upon"));
+  bad.say_bytes("\x09");
+  EXPECT_THAT(bad.told(), HasSubstr("unknown kind"));
+  bad.say_bytes(std::string("\2\0\0", 3));
+  EXPECT_THAT(bad.told(), HasSubstr("shorter than its head"));
+  bad.say_bytes(Talker::call_bytes(999, 5, "{}"));
+  EXPECT_THAT(bad.answered().dump(), HasSubstr("no such service"));
+  bad.call("ping", std::string(1000, '{'));
+  EXPECT_THAT(bad.answered().dump(), HasSubstr("not deeper"));
+  good.call("ping");
+  EXPECT_EQ(good.answered().at("ok"), true);
+  for (int i = 0; i < 200 && !bad.ended; ++i) bad.say("x");
+  EXPECT_TRUE(until([&] { return bad.hear().empty(); })) << "who goes on with it is hung up on";
+  good.call("ping");
+  EXPECT_EQ(good.answered().at("ok"), true);
+}
+
+TEST_F(ServerTest, MessagesWithoutEndAreCutOff) {
+  begin();
+  Talker large(*server_);
+  large.say(std::string(2 << 20, 'x'));
+  EXPECT_TRUE(until([&] { return large.hear().empty(); }));
+  Talker good(*server_);
+  good.call("ping");
+  EXPECT_EQ(good.answered().at("ok"), true);
+}
+
+TEST_F(ServerTest, HeadsAndBodiesWithoutEndAreCutOff) {
+  begin();
+  Raw head(*server_);
+  head.send("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX: " + std::string(20000, 'x'));
+  EXPECT_THAT(head.receive(), HasSubstr("413"));
+  EXPECT_EQ(code(*server_, http::verb::get, "/healthz"), 200);
+}
+
+TEST_F(ServerTest, WhoSendsItsRequestForEverIsHungUpOn) {
+  begin();
+  std::vector<std::unique_ptr<Raw>> slow;
+  for (int i = 0; i < 20; ++i) {
+    slow.push_back(std::make_unique<Raw>(*server_));
+    slow.back()->send("GET / HT");
+  }
+  EXPECT_EQ(code(*server_, http::verb::get, "/healthz"), 200) << "others are served meanwhile";
+  EXPECT_EQ(slow.front()->receive(), "") << "after five seconds";
+}
+
+TEST_F(ServerTest, OnlyItsOwnPathIsAWebSocketAndOnlyWithItsProtocol) {
+  begin();
+  EXPECT_EQ(upgrade(*server_, {}, "/page.js"), 404);
+  EXPECT_EQ(upgrade(*server_, {}, "/ws", "chat"), 400);
+  EXPECT_EQ(upgrade(*server_, {}, "/ws", ""), 400);
+  Talker newer(*server_, {}, "/ws", "foxglove.sdk.v1");
+  EXPECT_FALSE(newer.refused);
+  EXPECT_EQ(code(*server_, http::verb::get, "/ws"), 426);
+}
+
+TEST_F(ServerTest, CompressionIsNotAgreedTo) {
+  begin();
+  Talker squeezed(*server_, {{"Sec-WebSocket-Extensions", "permessage-deflate; client_max_window_bits"}});
+  ASSERT_FALSE(squeezed.refused);
+  EXPECT_EQ(squeezed.answer[http::field::sec_websocket_extensions], "");
+}
+
+TEST_F(ServerTest, TheNinthViewerIsTurnedAwayUntilOneLeaves) {
+  begin();
+  std::vector<std::unique_ptr<Talker>> all;
+  for (int i = 0; i < 8; ++i) {
+    all.push_back(std::make_unique<Talker>(*server_));
+    ASSERT_FALSE(all.back()->refused) << i;
+  }
+  EXPECT_EQ(upgrade(*server_), 503);
+  all.pop_back();
+  EXPECT_TRUE(until([&] { return !Talker(*server_).refused; }));
+}
+
+TEST_F(ServerTest, AFloodOfCallsIsHeldBackAndAStopGetsThrough) {
+  begin();
+  Talker flood(*server_), other(*server_);
+  flood.call("take_control");
+  ASSERT_EQ(flood.answered().at("ok"), true);
+  for (int i = 0; i < 500; ++i) flood.call("plan_preview", R"({"x":0,"y":0})");
+  int held_back = 0;
+  for (int i = 0; i < 400; ++i) held_back += flood.answered().value("ok", true) == false;
+  EXPECT_EQ(held_back, 400);
+  other.call("stop");
+  ASSERT_TRUE(until([&] { return serve(), was_asked("stop"); }));
+  EXPECT_LE(std::ranges::count(asked_, "plan_preview", &Ask::service), 20);
+}
+
+TEST_F(ServerTest, WhereTheMainLoopHangsThatIsSaid) {
+  begin();
+  Talker waits(*server_);
+  waits.call("stop");
+  EXPECT_THAT(waits.answered().dump(), HasSubstr("busy"));
+}
+
+TEST_F(ServerTest, WhoReadsNothingCostsTheOthersNothing) {
+  flow_.size_ = 2'000'000;
+  begin();
+  Talker frozen(*server_), healthy(*server_);
+  const std::string everything = [] {
+    Json list = Json::array();
+    for (std::size_t i = 0; i < kChannels.size(); ++i) list.push_back({{"id", i}, {"channelId", i}});
+    return Json{{"op", "subscribe"}, {"subscriptions", list}}.dump();
+  }();
+  frozen.say(everything);
+  healthy.say(everything);
+  std::set<std::uint32_t> latched;
+  int pictures = 0;
+  while (pictures < 60) {
+    const std::string message = healthy.hear();
+    ASSERT_FALSE(message.empty());
+    std::uint32_t id = 0;
+    std::memcpy(&id, message.data() + 1, sizeof id);
+    if (id == static_cast<std::uint32_t>(Channel::kPicture))
+      ++pictures;
+    else
+      latched.insert(id);
+  }
+  EXPECT_EQ(latched.size(), kChannels.size() - 2) << "all that are latched but the cloud's";
+  EXPECT_LT(server_->figures().messages, 60U + 60U) << "the frozen one was not sent what it does not read";
+}
+
+TEST_F(ServerTest, APortThatIsTakenIsNamed) {
+  begin();
+  ServerConfig second;
+  second.port = server_->port();
+  try {
+    Server other(second, flow_, clock_);
+    FAIL();
+  } catch (const InputError& fault) {
+    EXPECT_THAT(fault.what(), HasSubstr("--port"));
+  }
+  second.address = "somewhere";
+  EXPECT_THROW(Server(second, flow_, clock_), InputError);
+}
+
+}  // namespace
+}  // namespace headway::remote
