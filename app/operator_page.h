@@ -37,6 +37,8 @@ class OperatorPage {
 
   /// In the frame loop's thread.
   void see(const runtime::FrameSnapshot& snapshot);
+  /// What comes next is another run.
+  void begin_again() { telemetry_.begin_again(); }
 
   /// What the main loop knows beside the status.
   struct Beside {

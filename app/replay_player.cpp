@@ -12,6 +12,7 @@ namespace {
 
 constexpr Duration kLook = seconds(0.01);  // between two looks at what the page asks
 constexpr double kSlowest = 0.1, kFastest = 20;
+constexpr double kLongest = 1e9;  // of a recording [s]
 
 Time time_at(double s) { return Time(seconds(s)); }
 
@@ -72,6 +73,7 @@ void ReplayPlayer::play(const std::function<bool()>& asked_to_end) {
 }
 
 void ReplayPlayer::go_through(const std::function<bool()>& asked_to_end) {
+  page_->begin_again();
   session_->observe([this](const runtime::FrameSnapshot& snapshot) { page_->see(snapshot); });
   session_->before_each_work([&](Time at) { before(at, asked_to_end); });
   wall_ = clock_.now();
@@ -118,7 +120,7 @@ std::string ReplayPlayer::steer(const std::string& body) try {
       wall_ = clock_.now(), since_ = played_.at;
       played_.speed = number;
     } else if (key == "at" && number >= 0) {
-      wanted_ = std::clamp(time_at(number), played_.from, played_.to);
+      wanted_ = std::clamp(time_at(std::min(number, kLongest)), played_.from, played_.to);
     } else {
       throw InputError(key + ": expected \"play\": true or false, \"speed\": 0.1 to 20, or \"at\": seconds");
     }

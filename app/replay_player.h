@@ -18,6 +18,7 @@ class ReplayPlayer {
   ReplayPlayer(std::filesystem::path first, const ServeOptions& options, hal::Clock& clock);
 
   std::string address() const { return page_->address(); }
+  const OperatorPage::Beside::Played& played() const { return played_; }
   /// Until `asked_to_end` says so. Throws as ReplaySession::run.
   void play(const std::function<bool()>& asked_to_end);
 

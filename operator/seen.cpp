@@ -46,6 +46,12 @@ void Onlooker::wish(const Wish& wish) {
   voxels_ = wish.voxels;
 }
 
+void Onlooker::begin_again() {
+  ++world_;
+  told_.clear();
+  floor_at_ = voxels_at_ = nav::kNever;
+}
+
 void Onlooker::see(const runtime::FrameSnapshot& snapshot) {
   ++next_.number;
   next_.exposure = snapshot.stamp.exposure;
@@ -156,7 +162,9 @@ bool Onlooker::tell_column(const nav::VoxelMap& voxels, int x, int y, Told& told
     const nav::BrickSummary& summary = voxels.summary(brick);
     const bool known = told.changes != 0 && summary.changed <= told.until;
     if (known || summary.unseen == nav::kBrickVoxels) continue;
-    if (!bricks_.push(brick_of(voxels, voxels.key(at), brick))) return false;
+    SeenBrick seen = brick_of(voxels, voxels.key(at), brick);
+    seen.world = world_;
+    if (!bricks_.push(seen)) return false;
     newest = std::max(newest, summary.changed);
   }
   told.until = newest;

@@ -47,6 +47,7 @@ struct Seen {
 /// A brick's voxels: bit x of byte 8 z + y is voxel (x, y, z).
 struct SeenBrick {
   nav::BrickKey key;
+  std::uint32_t world = 0;  ///< another number: all bricks told before are of another world
   std::array<std::uint8_t, 64> occupied{}, unseen{};
 };
 
@@ -62,6 +63,8 @@ class Onlooker {
 
   // In the frame loop's thread:
   void see(const runtime::FrameSnapshot& snapshot);
+  /// What comes next is another run, perhaps at an earlier time.
+  void begin_again();
 
   // In the viewers':
   /// What is to be copied from the next frame on.
@@ -89,7 +92,7 @@ class Onlooker {
   Config config_;
   Seen next_;
   Time floor_at_ = nav::kNever, voxels_at_ = nav::kNever;
-  std::uint32_t floor_sum_ = 0;
+  std::uint32_t floor_sum_ = 0, world_ = 0;
   std::map<std::pair<int, int>, Told> told_;  ///< by columns of bricks
   hal::NewestSlot<Seen> seen_;
   hal::BoundedQueue<SeenBrick, 8192> bricks_;

@@ -29,6 +29,8 @@ class Telemetry final : public Source {
 
   /// In the frame loop's thread.
   void see(const runtime::FrameSnapshot& snapshot) { onlooker_.see(snapshot); }
+  /// What comes next is another run.
+  void begin_again() { onlooker_.begin_again(); }
 
   // In the main loop's:
   void tell(const OperatorStatus& status) { status_.publish(status); }

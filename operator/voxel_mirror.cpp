@@ -3,6 +3,12 @@
 namespace headway::remote {
 
 void VoxelMirror::take(const SeenBrick& brick) {
+  if (brick.world != world_) {
+    world_ = brick.world;
+    by_version_.clear();
+    version_of_.clear();
+    begun_ = ++newest_;
+  }
   std::uint64_t& version = version_of_[brick.key];
   by_version_.erase(version);
   version = ++newest_;
@@ -10,7 +16,7 @@ void VoxelMirror::take(const SeenBrick& brick) {
 }
 
 bool VoxelMirror::since(std::uint64_t& version, Voxels& out) const {
-  out.whole = version == 0;
+  out.whole = version == 0 || version < begun_;
   out.keys.clear();
   out.occupied.clear();
   out.unseen.clear();

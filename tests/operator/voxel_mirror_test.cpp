@@ -99,5 +99,20 @@ TEST(VoxelMirror, OnlyTheFirstMessageMakesTheViewerForget) {
   EXPECT_FALSE(news.whole);
 }
 
+TEST(VoxelMirror, AnotherWorldMakesAllForgetTheOneBefore) {
+  VoxelMirror mirror;
+  mirror.take(brick(1, 1));
+  mirror.take(brick(2, 2));
+  Viewer viewer;
+  viewer.ask(mirror);
+  ASSERT_EQ(viewer.bricks.size(), 2U);
+  SeenBrick other = brick(3, 3);
+  other.world = 1;
+  mirror.take(other);
+  viewer.ask(mirror);
+  EXPECT_EQ(viewer.bricks, (std::map<nav::BrickKey, std::uint8_t>{{other.key, 3}}));
+  EXPECT_EQ(mirror.bricks(), 1U);
+}
+
 }  // namespace
 }  // namespace headway::remote
