@@ -10,7 +10,6 @@
 // `--seconds N` is the length of a run (120), `--runs N` how many there are of each (5).
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -19,6 +18,7 @@
 #include <opencv2/core/utility.hpp>
 #include <unistd.h>
 
+#include "bench/arguments.h"
 #include "bench/figures.h"
 #include "bench/runtime_cyclictest.h"
 #include "bench/runtime_live_bus.h"
@@ -162,22 +162,6 @@ void frame(benchmark::State& state) {
   }
 }
 BENCHMARK(frame)->Iterations(1)->Unit(benchmark::kSecond);
-
-/// Takes `--NAME N` away from the arguments that go on.
-int take(int& argc, char** argv, const char* name, int value) {
-  for (int i = 1; i + 1 < argc; ++i) {
-    if (std::strcmp(argv[i], name) != 0) continue;
-    const char* text = argv[i + 1];
-    const char* end = text + std::strlen(text);
-    if (const auto [last, fault] = std::from_chars(text, end, value);
-        fault != std::errc{} || last != end || value < 1)
-      throw InputError(std::string(name) + ": '" + text + "', expected a whole number from 1 on");
-    std::copy(argv + i + 2, argv + argc, argv + i);
-    argc -= 2;
-    break;
-  }
-  return value;
-}
 
 }  // namespace
 }  // namespace headway::bench

@@ -9,8 +9,12 @@ namespace headway::bench {
 
 std::size_t Wire::receive(std::span<hal::CanFrame> into) noexcept {
   const std::uint64_t heap = heap_allocations();
-  if (!looked_.exchange(true)) heap_first_ = heap;
-  heap_last_ = heap;
+  // The loop's thread looks first; at the end others lead the head's drives out.
+  if (loop_ == std::thread::id()) {
+    loop_ = std::this_thread::get_id();
+    heap_first_ = heap;
+  }
+  if (loop_ == std::this_thread::get_id()) heap_last_ = heap;
   std::size_t count = 0;
   while (count < into.size() && to_loop_.pop(into[count])) ++count;
   return count;

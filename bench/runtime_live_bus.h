@@ -28,7 +28,7 @@ class Wire final : public hal::CanBus {
 
  private:
   hal::BoundedQueue<hal::CanFrame, 512> to_robot_, to_loop_;
-  std::atomic<bool> looked_{false};
+  std::atomic<std::thread::id> loop_{};
   std::atomic<std::uint64_t> heap_first_{0}, heap_last_{0};
 };
 

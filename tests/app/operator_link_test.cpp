@@ -41,7 +41,8 @@ struct Link : Served {
         5));
     const Json way = ask("plan_preview", {{"x", x}, {"y", y}});
     ASSERT_EQ(refusal("plan_confirm", {{"plan", way.at("plan")}}), "it was done");
-    ASSERT_TRUE(walk_until([&] { return !stands(); }));
+    ASSERT_TRUE(walk_until([&] { return !stands(); }))
+        << name(session.mission().state()) << ": " << session.mission().reason();
   }
   void lose() {
     ASSERT_TRUE(pass_until([&] { return stands(); }, 10));
