@@ -295,7 +295,7 @@ Json OperatorDesk::show_look(std::uint64_t client, const nav::NextLook& look, Ti
   const auto degrees = [](double radians) { return rounded(radians * 180 / std::numbers::pi, 1); };
   const Json view{{"pan_deg", degrees(look.head.pan)},
                   {"tilt_deg", degrees(look.head.tilt)},
-                  {"gain_m3", rounded(look.gain, 2)},
+                  {"gain", rounded(look.gain, 2)},
                   {"seconds", rounded(look.seconds, 1)}};
   Plan plan{.goals = {}, .look = {}, .explores = true};
   runtime::Way way;

@@ -130,7 +130,7 @@ TEST(OperatorDesk, ProposesWhereToLookNextAndGoesHome) {
   Json next = robot.ask("explore_preview");
   int looks = 0;
   for (; next.at("ok").get<bool>() && looks < 6; ++looks) {
-    EXPECT_GT(next.at("view").at("gain_m3").get<double>(), 0);
+    EXPECT_GT(next.at("view").at("gain").get<double>(), 0);
     ASSERT_EQ(robot.refusal("plan_confirm", {{"plan", next.at("plan")}}), "it was done");
     EXPECT_TRUE(robot.status().exploring);
     robot.pass(1);

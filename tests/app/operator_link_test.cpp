@@ -66,7 +66,7 @@ void lose_the_link(int times) {
   sim::Dice dice(static_cast<std::uint64_t>(times));
   for (int i = 0; i < times && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
-    i % 2 == 0 ? link.set_off(1.6, 0.4) : link.set_off(-0.6, -0.3);
+    link.distance(1.6, 0.4) > link.distance(-0.6, -0.3) ? link.set_off(1.6, 0.4) : link.set_off(-0.6, -0.3);
     // Its first three steps take longer to rest from (docs/faults.md).
     const Time moment = link.session.now() + seconds(dice.between(3, 11));
     link.walk_until([&] { return link.session.now() >= moment || link.stands(); });

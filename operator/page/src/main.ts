@@ -1,49 +1,71 @@
-// The operator's page: the robot, and a panel for each thing that is shown or asked.
-import { bar } from "./panels/bar";
-import { camera } from "./panels/camera";
-import { figures } from "./panels/figures";
-import { Go } from "./panels/go";
-import { head } from "./panels/head";
-import { keys } from "./panels/keys";
-import { layers } from "./panels/layers";
-import { map } from "./panels/map";
-import { player } from "./panels/player";
-import { byId } from "./panels/dom";
-import { Scene } from "./scene/scene";
-import { Robot } from "./wire/robot";
+// The page: puts its parts together. STOP comes first and needs nothing of the rest.
+import { App } from "./state/app";
+import { FloorImage } from "./state/floor_image";
+import { CameraPanel } from "./panels/camera_panel";
+import { CommandBar } from "./panels/command_bar";
+import { Facts } from "./panels/facts";
+import { Freshness } from "./panels/freshness";
+import { HeadPanel } from "./panels/head_panel";
+import { Keys } from "./panels/keys";
+import { startLogin } from "./panels/login";
+import { MapPanel } from "./panels/map_panel";
+import { Player } from "./panels/player";
+import { Plots } from "./panels/plots";
+import { ScenePanel } from "./panels/scene_panel";
+import { startTabs } from "./panels/tabs";
+import { TopBar } from "./panels/top_bar";
+import { byId } from "./ui/dom";
+import { beforeNextFrame } from "./ui/frame";
+import { startTheme } from "./ui/theme";
 
-/** The token comes behind the address's #, which is never sent, and is traded for a cookie. */
-async function logIn(): Promise<void> {
-  const token = new URLSearchParams(location.hash.slice(1)).get("token");
-  if (!token) return;
-  history.replaceState(null, "", location.pathname);
-  await fetch("/login", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ token }) });
+declare global {
+  interface Window {
+    /** What tests ask the page about itself. */
+    headway?: { scene: ScenePanel | null; map: MapPanel; app: App };
+  }
 }
 
-const robot = new Robot();
-const scene = new Scene(byId("scene"));
-const go = new Go(robot);
-bar(robot);
-camera(robot);
-head(robot, scene);
-layers(robot, scene);
-const floor = map(robot, go);
-figures(robot);
-player(robot);
-keys();
+function sceneOf(app: App, floor: FloorImage): ScenePanel | null {
+  try {
+    return new ScenePanel(app, floor);
+  } catch {
+    // Without WebGL all the rest is to work, STOP above all.
+    byId("scene-missing").hidden = false;
+    return null;
+  }
+}
 
-robot.on("/headway/status", (now) => scene.stand(now.x, now.y, now.yaw, now.pan, now.tilt));
-robot.on("/tf", (tf) => scene.takeTransforms(tf));
-robot.on("/points", (cloud) => scene.takeCloud(cloud));
-robot.on("/voxels", (voxels) => { scene.voxels.take(voxels); scene.draw(); });
-const feet = (): void => {
-  const marks = robot.get("/footsteps");
-  if (marks) scene.takeFeet(marks, robot.get("/plan"), robot.get("/preview"));
-};
-for (const topic of ["/footsteps", "/plan", "/preview"] as const) robot.on(topic, feet);
-window.addEventListener("theme", () => { scene.paint(); scene.showField(scene.resolution); });
-
-// What the page shows, for those who test it.
-Object.assign(window, { headway: { robot, scene, map: floor } });
-await logIn();
-robot.start();
+startTheme();
+const app = new App();
+const bar = new CommandBar(app);
+let scene: ScenePanel | null = null;
+const head = new HeadPanel(app);
+new Keys(app, {
+  stop: () => bar.stop(),
+  near: () => bar.goNear(),
+  preset: (preset) => scene?.choosePreset(preset),
+  viewpoint: (n) => head.viewpoint(n),
+});
+new TopBar(app);
+new Freshness(app);
+startLogin(app);
+startTabs();
+const floor = new FloorImage(() => {
+  map.draw();
+  scene?.floorChanged();
+});
+const map = new MapPanel(app, floor);
+app.link.on("map", (message) => floor.take(message));
+new CameraPanel(app);
+new Facts(app);
+new Plots(app);
+new Player(app);
+window.headway = { scene, map, app };
+// The rest is on the screen, and STOP answers, before the 3D view takes its time.
+beforeNextFrame(() =>
+  setTimeout(() => {
+    scene = sceneOf(app, floor);
+    window.headway = { scene, map, app };
+    void app.link.start();
+  }),
+);

@@ -1,30 +1,37 @@
-// The time line of a recording that is played.
-import type { Robot } from "../wire/robot";
-import { byId, make, say } from "./dom";
-import { tell } from "./go";
+// The time line of a recording that is played in place of a robot.
+import type { App } from "../state/app";
+import type { OperatorStatus } from "../wire/messages";
+import { byId, onClick, setText } from "../ui/dom";
 
-export function player(robot: Robot): void {
-  const place = byId("player");
-  const play = make("button", { type: "button", id: "play" }, "Pause");
-  const line = make("input", { type: "range", id: "time", min: "0", max: "1", step: "0.1", "aria-label": "Time" });
-  const speed = make("select", { id: "speed", "aria-label": "Speed" },
-    ...["0.25", "0.5", "1", "2", "5"].map((x) => make("option", { value: x }, `×${x}`)));
-  const clock = make("span", { class: "muted" });
-  speed.value = "1";
-  place.append(play, line, clock, speed);
-  let dragged = false;
-  line.addEventListener("input", () => { dragged = true; });
-  line.addEventListener("change", async () => { dragged = false; tell(await robot.ask("play", { at: Number(line.value) })); });
-  play.addEventListener("click", async () => tell(await robot.ask("play", { play: robot.status()?.played_paused ?? false })));
-  speed.addEventListener("change", async () => tell(await robot.ask("play", { speed: Number(speed.value) })));
-  robot.on("/headway/status", (now) => {
-    place.hidden = !now.recording_name;
-    document.body.classList.toggle("played", !place.hidden);
-    if (place.hidden) return;
-    line.min = String(now.played_from);
-    line.max = String(now.played_to);
-    if (!dragged) line.value = String(now.played_at);
-    say(play, now.played_paused ? "Play" : "Pause");
-    say(clock, `${(now.played_at - now.played_from).toFixed(1)} of ${(now.played_to - now.played_from).toFixed(1)} s of ${now.recording_name}`);
-  });
+export class Player {
+  private readonly time = byId<HTMLInputElement>("played-time");
+  private readonly speed = byId<HTMLSelectElement>("played-speed");
+  private dragged = false;
+  private paused = false;
+
+  constructor(app: App) {
+    const steer = (request: object) => void app.link.call("play", request);
+    onClick("played-pause", () => steer({ play: this.paused }));
+    this.time.addEventListener("input", () => { this.dragged = true; });
+    this.time.addEventListener("change", () => {
+      this.dragged = false;
+      steer({ at: Number(this.time.value) });
+    });
+    this.speed.addEventListener("change", () => steer({ speed: Number(this.speed.value) }));
+    app.link.on("status", (status) => this.show(status));
+  }
+
+  private show(status: OperatorStatus): void {
+    const played = status.recording_name !== "";
+    byId("player").hidden = !played;
+    byId("moves").hidden = played;
+    if (!played) return;
+    this.paused = status.played_paused;
+    this.time.min = String(status.played_from);
+    this.time.max = String(status.played_to);
+    if (!this.dragged) this.time.value = String(status.played_at);
+    setText(byId("played-pause"), this.paused ? "Play" : "Hold");
+    const of = (seconds: number) => (seconds - status.played_from).toFixed(1);
+    setText(byId("played-at"), `${of(status.played_at)} of ${of(status.played_to)} s · ${status.recording_name}`);
+  }
 }

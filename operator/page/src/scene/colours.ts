@@ -1,26 +1,38 @@
-// Scales that people with any kind of colour vision can read (viridis), and the page's own colours as the style
-// sheet has them.
-const kViridis = [
-  [68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99],
-  [170, 220, 50], [253, 231, 37],
-] as const;
+// Scales that people tell apart whatever colours they see: viridis for precision, cividis for height.
+import { Color } from "three";
 
-/** 0 to 1 -> red, green, blue, each 0 to 1. */
-export function viridis(share: number): [number, number, number] {
-  const at = Math.min(Math.max(share, 0), 1) * (kViridis.length - 1);
-  const low = kViridis[Math.floor(at)]!;
-  const high = kViridis[Math.min(Math.floor(at) + 1, kViridis.length - 1)]!;
-  const part = at - Math.floor(at);
-  return [0, 1, 2].map((i) => (low[i]! + part * (high[i]! - low[i]!)) / 255) as [number, number, number];
+/** Steps of each scale at equal distances, from low to high. */
+export const scales = {
+  viridis: ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
+  cividis: ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55"],
+} as const;
+export type ScaleName = keyof typeof scales;
+export const kScaleSteps = 9;
+
+/** For a shader: as the screen shows them, since these shaders write what they mean to show. */
+export function scaleUniform(name: ScaleName): Color[] {
+  return scales[name].map((step) => new Color().setStyle(step, "srgb-linear"));
 }
 
-/** From fine to coarse: 1 is at 2 mm or less, 0 at 50 mm or more, on a logarithmic scale. */
-export const kFinest = 0.002;
-export const kCoarsest = 0.05;
-export function precision(sigma: number): number {
-  return 1 - Math.log(sigma / kFinest) / Math.log(kCoarsest / kFinest);
-}
+export const scaleShader = /* glsl */ `
+  vec3 scaleColor(float t, vec3 steps[${kScaleSteps}]) {
+    float at = clamp(t, 0.0, 1.0) * float(${kScaleSteps - 1});
+    vec3 color = steps[0];
+    for (int i = 1; i < ${kScaleSteps}; ++i) color = mix(color, steps[i], clamp(at - float(i - 1), 0.0, 1.0));
+    return color;
+  }
+`;
 
-export function css(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-}
+/** Standard deviations are shown between these, on a logarithmic scale [m]. */
+export const kSigmaLow = 0.002;
+export const kSigmaHigh = 0.1;
+/** Heights [m]. */
+export const kHeightLow = 0;
+export const kHeightHigh = 2;
+
+export const kPlanColor = "#2f8fdd";
+export const kPreviewColor = "#e69f00";
+export const kGoalColor = "#d55e00";
+export const kUnseenColor = "#8f7ae6";
+export const kLeftFoot = "#2f8fdd";
+export const kRightFoot = "#1fa67a";

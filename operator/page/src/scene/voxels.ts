@@ -1,180 +1,221 @@
-// Occupied voxels, and where seen space borders on unseen, as the faces that can be seen: in chunks, so that a change
-// costs only what is near it.
-import * as THREE from "three";
-import type { Voxels } from "../wire/messages";
-import { viridis } from "./colours";
+// Occupied and unseen space as the faces that show, in chunks of 4 x 4 x 4 bricks. Chunks that changed are made anew a few
+// milliseconds at a time, so that the page stays answerable while a whole map arrives.
+import {
+  BackSide, BufferAttribute, BufferGeometry, Color, Group, Mesh, ShaderMaterial, Sphere, Vector3,
+} from "three";
+import type { Voxels as VoxelsMessage } from "../wire/messages";
+import {
+  type Brick, Bricks, type Face, type Shown, kEdge, kFaces, kNeighbour, occupiedShown, rectangles, unseenShown,
+} from "./bricks";
+import { kHeightHigh, kHeightLow, kScaleSteps, kUnseenColor, scaleShader, scaleUniform } from "./colours";
 
-const kEdge = 8; // of a brick [voxels]
-const kChunk = 4; // of a chunk [bricks]
-const kTop = 1.8; // the colour's end [m]
-const kBudget = 12; // of meshing, each time [ms]
+const kChunk = 4; // bricks
+const kSpan = kChunk * kEdge; // voxels
+const kWorkMs = 6;
 
-type Brick = { occupied: Uint8Array; unseen: Uint8Array };
-type Chunk = { full?: THREE.Mesh; border?: THREE.Mesh };
+type Chunk = { i: number; j: number; k: number; occupied: Mesh | null; unseen: Mesh | null };
 
-// Axis, direction, and the two axes of the face such that it turns outward.
-const kFaces = [
-  [0, 1, 1, 2], [0, -1, 2, 1], [1, 1, 2, 0], [1, -1, 0, 2], [2, 1, 0, 1], [2, -1, 1, 0],
-] as const;
+const vertex = /* glsl */ `
+  attribute vec4 corner;
+  uniform float edge;
+  uniform vec3 floorColor;
+  uniform vec3 steps[${kScaleSteps}];
+  varying vec3 shown;
+  ${scaleShader}
+  void main() {
+    vec4 at = modelMatrix * vec4(corner.xyz * edge, 1.0);
+    float face = corner.w;
+    float shade = face > 4.5 ? 1.0 : face > 3.5 ? 0.55 : face > 2.5 ? 0.72 : face > 1.5 ? 0.82 : face > 0.5 ? 0.66 : 0.9;
+    float t = (at.z - ${kHeightLow.toFixed(1)}) / ${(kHeightHigh - kHeightLow).toFixed(1)};
+    // The floor is no obstacle: it has no colour of the scale.
+    shown = mix(floorColor, scaleColor(t, steps), smoothstep(0.02, 0.12, at.z)) * shade;
+    gl_Position = projectionMatrix * viewMatrix * at;
+  }`;
 
-class Faces {
-  positions: number[] = [];
-  colours: number[] = [];
-  index: number[] = [];
+const kUnseen = new Color().setStyle(kUnseenColor, "srgb-linear");
 
-  add(x: number, y: number, z: number, face: (typeof kFaces)[number], edge: number, colour: readonly number[]): void {
-    const [axis, direction, u, v] = face;
-    const first = this.positions.length / 3;
-    for (const [du, dv] of [[0, 0], [1, 0], [1, 1], [0, 1]] as const) {
-      const corner = [x, y, z];
-      corner[axis]! += direction > 0 ? 1 : 0;
-      corner[u]! += du;
-      corner[v]! += dv;
-      this.positions.push(corner[0]! * edge, corner[1]! * edge, corner[2]! * edge);
-      this.colours.push(colour[0]!, colour[1]!, colour[2]!);
-    }
-    this.index.push(first, first + 1, first + 2, first, first + 2, first + 3);
+function solid(): ShaderMaterial {
+  return new ShaderMaterial({
+    uniforms: { edge: { value: 0.05 }, steps: { value: scaleUniform("cividis") }, floorColor: { value: new Color() } },
+    vertexShader: vertex,
+    fragmentShader: "varying vec3 shown; void main() { gl_FragColor = vec4(shown, 1.0); }",
+  });
+}
+
+function veil(): ShaderMaterial {
+  return new ShaderMaterial({
+    uniforms: {
+      edge: { value: 0.05 },
+      steps: { value: Array(kScaleSteps).fill(kUnseen) },
+      floorColor: { value: kUnseen },
+    },
+    vertexShader: vertex,
+    fragmentShader: "varying vec3 shown; void main() { gl_FragColor = vec4(shown, 0.3); }",
+    transparent: true,
+    depthWrite: false,
+    // Seen from space that has been seen: nothing hangs before one's eyes.
+    side: BackSide,
+  });
+}
+
+export class Voxels {
+  readonly occupied = new Group();
+  readonly unseen = new Group();
+  private readonly bricks = new Bricks();
+  private readonly chunks = new Map<string, Chunk>();
+  private readonly stale = new Set<string>();
+  private readonly solid = solid();
+  private readonly veil = veil();
+  private edge = 0.05;
+
+  /** `changed` is called whenever there is something new to draw. */
+  constructor(private readonly changed: () => void) {}
+
+  set floorColor(style: string) {
+    this.solid.uniforms["floorColor"]!.value.setStyle(style, "srgb-linear");
+    this.changed();
   }
 
-  mesh(material: THREE.Material): THREE.Mesh | undefined {
-    if (this.index.length === 0) return undefined;
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.Float32BufferAttribute(this.positions, 3));
-    geometry.setAttribute("color", new THREE.Float32BufferAttribute(this.colours, 3));
-    geometry.setIndex(this.index);
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.matrixAutoUpdate = false;
+  /** Chunks still to be made anew. */
+  get waiting(): number {
+    return this.stale.size;
+  }
+
+  /** Voxels that are occupied. */
+  count(): number {
+    let count = 0;
+    for (const brick of this.bricks.all()) for (const row of brick.occupied) count += bits(row);
+    return count;
+  }
+
+  take(message: VoxelsMessage): void {
+    if (message.whole) this.clear();
+    this.resize(message.resolution);
+    const { keys } = message;
+    for (let n = 0; 3 * n + 2 < keys.length; ++n) {
+      const brick = {
+        occupied: message.occupied.slice(64 * n, 64 * n + 64),
+        unseen: message.unseen.slice(64 * n, 64 * n + 64),
+      };
+      this.put(keys[3 * n]!, keys[3 * n + 1]!, keys[3 * n + 2]!, brick);
+    }
+    this.work();
+  }
+
+  private put(i: number, j: number, k: number, brick: Brick): void {
+    this.bricks.set(i, j, k, brick);
+    this.touch(i, j, k);
+    for (const [di, dj, dk] of kNeighbour) {
+      if (this.bricks.has(i + di, j + dj, k + dk)) this.touch(i + di, j + dj, k + dk);
+    }
+  }
+
+  private touch(i: number, j: number, k: number): void {
+    const [ci, cj, ck] = [Math.floor(i / kChunk), Math.floor(j / kChunk), Math.floor(k / kChunk)];
+    const name = `${ci},${cj},${ck}`;
+    if (!this.chunks.has(name)) this.chunks.set(name, { i: ci, j: cj, k: ck, occupied: null, unseen: null });
+    this.stale.add(name);
+  }
+
+  private clear(): void {
+    this.bricks.clear();
+    for (const name of this.chunks.keys()) this.stale.add(name);
+  }
+
+  private resize(edge: number): void {
+    this.edge = edge;
+    for (const material of [this.solid, this.veil]) material.uniforms["edge"]!.value = edge;
+  }
+
+  private readonly work = (): void => {
+    const until = performance.now() + kWorkMs;
+    for (const name of this.stale) {
+      this.stale.delete(name);
+      this.remake(this.chunks.get(name)!);
+      if (performance.now() > until) break;
+    }
+    this.changed();
+    if (this.stale.size) setTimeout(this.work, 0);
+  };
+
+  private remake(chunk: Chunk): void {
+    chunk.occupied = this.replace(chunk, chunk.occupied, this.occupied, this.solid, occupiedShown);
+    chunk.unseen = this.replace(chunk, chunk.unseen, this.unseen, this.veil, unseenShown);
+  }
+
+  private replace(chunk: Chunk, old: Mesh | null, group: Group, material: ShaderMaterial, shown: Shown) {
+    if (old) {
+      group.remove(old);
+      old.geometry.dispose();
+    }
+    const geometry = this.faces(chunk, shown);
+    if (!geometry) return null;
+    const mesh = new Mesh(geometry, material);
+    mesh.position.set(chunk.i, chunk.j, chunk.k).multiplyScalar(kSpan * this.edge);
+    group.add(mesh);
     return mesh;
   }
-}
 
-export class VoxelLayer {
-  readonly full = new THREE.Group();
-  readonly border = new THREE.Group();
-  occupied = 0;
-  private bricks = new Map<string, Brick>();
-  private chunks = new Map<string, Chunk>();
-  private dirty = new Set<string>();
-  private edge = 0.05;
-  private fullMaterial = new THREE.MeshBasicMaterial({ vertexColors: true });
-  private borderMaterial = new THREE.MeshBasicMaterial({
-    vertexColors: true, transparent: true, opacity: 0.16, depthWrite: false, side: THREE.DoubleSide,
-  });
-
-  take(news: Voxels): void {
-    this.edge = news.resolution;
-    if (news.whole) this.forget();
-    for (let i = 0; i < news.keys.length / 3; ++i) {
-      const [x, y, z] = [news.keys[3 * i]!, news.keys[3 * i + 1]!, news.keys[3 * i + 2]!];
-      const key = `${x},${y},${z}`;
-      const old = this.bricks.get(key);
-      const brick = {
-        occupied: news.occupied.slice(64 * i, 64 * i + 64),
-        unseen: news.unseen.slice(64 * i, 64 * i + 64),
-      };
-      this.bricks.set(key, brick);
-      this.occupied += count(brick.occupied) - (old ? count(old.occupied) : 0);
-      this.mark(x, y, z);
+  private faces(chunk: Chunk, shown: Shown): BufferGeometry | null {
+    const corners: number[] = [];
+    for (let n = 0; n < kChunk ** 3; ++n) {
+      const [x, y, z] = [n % kChunk, Math.floor(n / kChunk) % kChunk, Math.floor(n / kChunk ** 2)] as const;
+      const [i, j, k] = [chunk.i * kChunk + x, chunk.j * kChunk + y, chunk.k * kChunk + z] as const;
+      if (this.bricks.has(i, j, k)) this.brickFaces([i, j, k], [x * kEdge, y * kEdge, z * kEdge], shown, corners);
     }
+    return corners.length ? quads(corners, this.edge) : null;
   }
 
-  /** Meshes some of what has changed; true while there is more. */
-  work(): boolean {
-    const begun = performance.now();
-    for (const key of this.dirty) {
-      this.dirty.delete(key);
-      this.mesh(key);
-      if (performance.now() - begun > kBudget) break;
-    }
-    return this.dirty.size > 0;
-  }
-
-  private forget(): void {
-    this.bricks.clear();
-    this.occupied = 0;
-    for (const key of this.chunks.keys()) this.dirty.add(key);
-  }
-
-  private mark(x: number, y: number, z: number): void {
-    for (const [dx, dy, dz] of [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]] as const)
-      this.dirty.add([x + dx, y + dy, z + dz].map((k) => Math.floor(k / kChunk)).join());
-  }
-
-  private mesh(key: string): void {
-    const [cx, cy, cz] = key.split(",").map(Number) as [number, number, number];
-    const full = new Faces();
-    const border = new Faces();
-    for (let z = 0; z < kChunk; ++z)
-      for (let y = 0; y < kChunk; ++y)
-        for (let x = 0; x < kChunk; ++x) this.brickFaces(kChunk * cx + x, kChunk * cy + y, kChunk * cz + z, full, border);
-    const old = this.chunks.get(key);
-    for (const mesh of [old?.full, old?.border]) {
-      mesh?.removeFromParent();
-      mesh?.geometry.dispose();
-    }
-    const chunk = { full: full.mesh(this.fullMaterial), border: border.mesh(this.borderMaterial) };
-    if (chunk.full) this.full.add(chunk.full);
-    if (chunk.border) this.border.add(chunk.border);
-    this.chunks.set(key, chunk);
-  }
-
-  private brickFaces(bx: number, by: number, bz: number, full: Faces, border: Faces): void {
-    const brick = this.bricks.get(`${bx},${by},${bz}`);
-    if (!brick) return;
-    const beside = kFaces.map(([axis, direction]) => {
-      const at = [bx, by, bz];
-      at[axis]! += direction;
-      return this.bricks.get(at.join());
-    });
-    const shades = [0.86, 0.8, 0.92, 0.76, 1, 0.6];
-    for (let place = 0; place < 64; ++place) {
-      const occupied = brick.occupied[place]!;
-      const empty = ~occupied & ~brick.unseen[place]! & 255;
-      if (occupied === 0 && empty === 0) continue;
-      const y = place & 7;
-      const z = place >> 3;
-      const [gy, gz] = [kEdge * by + y, kEdge * bz + z];
-      const height = viridis(0.12 + 0.88 * ((gz + 0.5) * this.edge) / kTop);
-      kFaces.forEach((face, i) => {
-        const next = rows(brick, beside[i], y, z, face);
-        let bare = occupied & ~next.occupied;
-        let open = empty & next.unseen;
-        const shade = shades[i]!;
-        const colour = height.map((c) => c * shade);
-        for (let x = 0; bare; ++x, bare >>= 1)
-          if (bare & 1) full.add(kEdge * bx + x, gy, gz, face, this.edge, colour);
-        for (let x = 0; open; ++x, open >>= 1)
-          if (open & 1) border.add(kEdge * bx + x, gy, gz, face, this.edge, kUnseenColour);
-      });
+  private brickFaces(key: Triple, from: Triple, shown: Shown, corners: number[]): void {
+    const beside = kNeighbour.map(([di, dj, dk]) => this.bricks.at(key[0] + di, key[1] + dj, key[2] + dk));
+    const place = { brick: this.bricks.at(...key), beside };
+    for (const face of kFaces) {
+      if (!shown(place, face, found)) continue;
+      rectangles(found, face, (depth, u, v, width, height) => quad(corners, from, face, depth, u, v, width, height));
     }
   }
 }
 
-const kUnseenColour = [0.66, 0.42, 0.95];
+type Triple = readonly [number, number, number];
+const found = new Uint8Array(64);
 
-function count(bits: Uint8Array): number {
-  let all = 0;
-  for (let byte of bits) for (; byte; byte &= byte - 1) ++all;
-  return all;
+/** Four corners, counter-clockwise seen from outside; the fourth number of each is the direction of the face. */
+function quad(
+  corners: number[], from: Triple, face: Face, depth: number, u: number, v: number, width: number, height: number,
+): void {
+  const axis = face >> 1;
+  const outward = face & 1;
+  const at = (a: number, b: number): void => {
+    const place: [number, number, number] = axis === 0 ? [depth + outward, a, b] : axis === 1 ? [a, depth + outward, b] : [a, b, depth + outward];
+    corners.push(from[0] + place[0], from[1] + place[1], from[2] + place[2], face);
+  };
+  at(u, v);
+  const turned = (axis === 1) === (outward === 1);
+  if (turned) {
+    at(u, v + height);
+    at(u + width, v + height);
+    at(u + width, v);
+  } else {
+    at(u + width, v);
+    at(u + width, v + height);
+    at(u, v + height);
+  }
 }
 
-/** For each voxel of the row (y, z), its neighbour's bits across the face. */
-function rows(brick: Brick, beside: Brick | undefined, y: number, z: number, face: (typeof kFaces)[number]):
-  { occupied: number; unseen: number } {
-  const [axis, direction] = face;
-  if (axis === 0) {
-    const place = 8 * z + y;
-    const shift = (own: number, other: number): number =>
-      direction > 0 ? own >> 1 | (other & 1) << 7 : (own << 1 & 255) | other >> 7;
-    return {
-      occupied: shift(brick.occupied[place]!, beside?.occupied[place] ?? 0),
-      unseen: shift(brick.unseen[place]!, beside?.unseen[place] ?? 255),
-    };
-  }
-  const at = axis === 1 ? y + direction : z + direction;
-  const inside = at >= 0 && at < 8;
-  const from = inside ? brick : beside;
-  const wrapped = at & 7;
-  const place = axis === 1 ? 8 * z + wrapped : 8 * wrapped + y;
-  return { occupied: from?.occupied[place] ?? 0, unseen: from?.unseen[place] ?? 255 };
+function quads(corners: number[], edge: number): BufferGeometry {
+  const count = corners.length / 16;
+  const index = new Uint32Array(6 * count);
+  for (let n = 0; n < count; ++n) index.set([4 * n, 4 * n + 1, 4 * n + 2, 4 * n, 4 * n + 2, 4 * n + 3], 6 * n);
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("corner", new BufferAttribute(new Uint8Array(corners), 4));
+  geometry.setIndex(new BufferAttribute(index, 1));
+  const half = (kSpan * edge) / 2;
+  geometry.boundingSphere = new Sphere(new Vector3(half, half, half), half * Math.sqrt(3));
+  return geometry;
+}
+
+function bits(byte: number): number {
+  let count = 0;
+  for (let rest = byte; rest; rest &= rest - 1) ++count;
+  return count;
 }

@@ -1,53 +1,69 @@
-// The messages' fields that this page reads.
-export type Vector = { x: number; y: number; z: number };
-export type Quaternion = Vector & { w: number };
-export type Pose = { position: Vector; orientation: Quaternion };
+// The messages of the wire, field by field as operator/messages.h and ROS 2's common_interfaces define them.
+import {
+  type Message, bool, bytes, float32, float64, int32, int32s, int64, int8s, list, string, struct, uint32, uint64, uint8,
+} from "./cdr";
 
-export type Status = {
-  number: number; state: string; reason: string; safety: string; safety_reason: string;
-  x: number; y: number; yaw: number; pan: number; tilt: number;
-  pan_low: number; pan_high: number; tilt_low: number; tilt_high: number;
-  at_rest: boolean; has_goal: boolean; goal_x: number; goal_y: number; goal_has_yaw: boolean; goal_yaw: number;
-  paused: boolean; next: string; head: string; control_computer: string; frame_level: string;
-  frames: bigint; frames_lost: bigint; frames_no_pose: bigint; frames_unusable: bigint; frames_late: bigint;
-  see_ms: number; map_ms: number; floor_ms: number; plan_ms: number; frame_age_ms: number;
-  bus_cycles: bigint; bus_missed: bigint; bus_wake_max_us: number; bus_load: number;
-  plans: number; replans: number; recording: boolean; lease_holder: string; lease: number;
-  simulated: boolean; speed: number; clients: number; tour_left: number; exploring: boolean;
-  recording_name: string; played_at: number; played_from: number; played_to: number;
-  played_speed: number; played_paused: boolean;
-};
+const time = struct({ sec: int32, nanosec: uint32 });
+const header = struct({ stamp: time, frame_id: string });
+const point = struct({ x: float64, y: float64, z: float64 });
+const quaternion = struct({ x: float64, y: float64, z: float64, w: float64 });
+const pose = struct({ position: point, orientation: quaternion });
+const color = struct({ r: float32, g: float32, b: float32, a: float32 });
 
-export type Grid = {
-  info: { resolution: number; width: number; height: number; origin: Pose };
-  data: Int8Array;
-};
-export type Path = { poses: { pose: Pose }[] };
-export type Marker = {
-  header: { frame_id: string };
-  ns: string; id: number; type: number; action: number; pose: Pose; scale: Vector;
-  color: { r: number; g: number; b: number; a: number };
-  points: Vector[];
-};
-export type Markers = { markers: Marker[] };
-export type Transforms = {
-  transforms: { child_frame_id: string; transform: { translation: Vector; rotation: Quaternion } }[];
-};
-export type Picture = { format: string; data: Uint8Array };
-export type Cloud = { width: number; point_step: number; data: Uint8Array };
-export type Voxels = {
-  resolution: number; whole: boolean; keys: Int32Array; occupied: Uint8Array; unseen: Uint8Array;
-};
+export const compressedImage = struct({ header, format: string, data: bytes });
 
-export const kTopics = ["/headway/status", "/camera/left", "/points", "/map", "/plan", "/footsteps", "/tf", "/field",
-  "/preview", "/voxels"] as const;
-export type Topic = (typeof kTopics)[number];
+const pointField = struct({ name: string, offset: uint32, datatype: uint8, count: uint32 });
+export const pointCloud2 = struct({
+  header, height: uint32, width: uint32, fields: list(pointField), is_bigendian: bool, point_step: uint32,
+  row_step: uint32, data: bytes, is_dense: bool,
+});
 
-export type Messages = {
-  "/headway/status": Status; "/camera/left": Picture; "/points": Cloud; "/map": Grid; "/plan": Path;
-  "/footsteps": Markers; "/tf": Transforms; "/field": Markers; "/preview": Path; "/voxels": Voxels;
-};
+const mapMetaData = struct({ map_load_time: time, resolution: float32, width: uint32, height: uint32, origin: pose });
+export const occupancyGrid = struct({ header, info: mapMetaData, data: int8s });
 
-export function yawOf(q: Quaternion): number {
-  return Math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z));
-}
+export const path = struct({ header, poses: list(struct({ header, pose })) });
+
+const transform = struct({ translation: point, rotation: quaternion });
+export const tfMessage = struct({
+  transforms: list(struct({ header, child_frame_id: string, transform })),
+});
+
+const marker = struct({
+  header, ns: string, id: int32, type: int32, action: int32, pose, scale: point, color,
+  lifetime: struct({ sec: int32, nanosec: uint32 }), frame_locked: bool, points: list(point), colors: list(color),
+  texture_resource: string, texture: compressedImage, uv_coordinates: list(struct({ u: float32, v: float32 })),
+  text: string, mesh_resource: string, mesh_file: struct({ filename: string, data: bytes }),
+  mesh_use_embedded_materials: bool,
+});
+export const markerArray = struct({ markers: list(marker) });
+
+export const voxels = struct({ resolution: float64, whole: bool, keys: int32s, occupied: bytes, unseen: bytes });
+
+export const operatorStatus = struct({
+  stamp_ns: int64, number: uint32, state: string, reason: string, safety: string, safety_reason: string,
+  x: float64, y: float64, yaw: float64, pan: float64, tilt: float64,
+  pan_low: float64, pan_high: float64, tilt_low: float64, tilt_high: float64,
+  at_rest: bool, has_goal: bool, goal_x: float64, goal_y: float64, goal_has_yaw: bool, goal_yaw: float64,
+  paused: bool, next: string, head: string, control_computer: string, frame_level: string,
+  frames: uint64, frames_lost: uint64, frames_no_pose: uint64, frames_unusable: uint64, frames_late: uint64,
+  see_ms: float64, map_ms: float64, floor_ms: float64, plan_ms: float64, frame_age_ms: float64,
+  bus_cycles: uint64, bus_missed: uint64, bus_wake_max_us: float64, bus_load: float64,
+  plans: uint32, replans: uint32, recording: bool, lease_holder: string, lease: uint32,
+  simulated: bool, speed: float64, clients: uint32, tour_left: uint32, exploring: bool,
+  recording_name: string, played_at: float64, played_from: float64, played_to: float64, played_speed: float64, played_paused: bool,
+});
+
+export type Header = Message<typeof header>;
+export type Pose = Message<typeof pose>;
+export type CompressedImage = Message<typeof compressedImage>;
+export type PointCloud2 = Message<typeof pointCloud2>;
+export type OccupancyGrid = Message<typeof occupancyGrid>;
+export type Path = Message<typeof path>;
+export type TfMessage = Message<typeof tfMessage>;
+export type Marker = Message<typeof marker>;
+export type MarkerArray = Message<typeof markerArray>;
+export type Voxels = Message<typeof voxels>;
+export type OperatorStatus = Message<typeof operatorStatus>;
+
+export const markerType = { cube: 1, triangleList: 11 } as const;
+export const markerAction = { add: 0, delete: 2, deleteAll: 3 } as const;

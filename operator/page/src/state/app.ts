@@ -1,0 +1,28 @@
+// What the panels share.
+import { Commands } from "./commands";
+import { Lease } from "./lease";
+import { Link } from "./link";
+import { Mission } from "./mission";
+import { Signal } from "../ui/signal";
+
+export type HeadPose = { pan: number; tilt: number };
+
+export class App {
+  readonly link = new Link();
+  readonly lease = new Lease(this.link);
+  readonly mission = new Mission(this.link, this.lease);
+  readonly commands = new Commands(this.link);
+  /** Where the field is shown as if the head looked there; null: only where it looks. */
+  readonly whatIf = new Signal<HeadPose | null>(null);
+
+  /** The robot keeps a proposed way until the next; who cancelled it does not want to see it. */
+  get showsProposal(): boolean {
+    return !this.lease.held || this.mission.state.value.kind === "proposed";
+  }
+
+  /** False where the newest camera frame is so old that map and points may tell of a world that has changed. */
+  get seesNow(): boolean {
+    const status = this.link.status;
+    return this.link.live && status !== undefined && status.frame_age_ms + this.link.ageOf("status") < 2000;
+  }
+}

@@ -1,0 +1,60 @@
+// What the robot is told at once, and what it answered last.
+import { Signal } from "../ui/signal";
+import type { Link } from "./link";
+
+/** The robot tells its services right after the link is open. */
+const kServicesKnownMs = 100;
+
+export type Outcome = { text: string; failed: boolean };
+
+export class Commands {
+  readonly outcome = new Signal<Outcome>({ text: "", failed: false });
+
+  private stopOwed = false;
+
+  constructor(private readonly link: Link) {
+    link.state.watch((state) => {
+      if (state === "open" && this.stopOwed) setTimeout(() => void this.stop(), kServicesKnownMs);
+    });
+  }
+
+  /** Allowed to everybody, always. One that could not be told is told as soon as the link is back. */
+  async stop(): Promise<void> {
+    this.stopOwed = !(await this.tell("Stop", "stop"));
+  }
+
+  pause(): Promise<boolean> {
+    return this.tell("Pause", "pause");
+  }
+
+  resume(): Promise<boolean> {
+    return this.tell("Resume", "resume");
+  }
+
+  look(pan: number, tilt: number): Promise<boolean> {
+    return this.tell("Look", "look", { pan, tilt });
+  }
+
+  lookAround(): Promise<boolean> {
+    return this.tell("Look around", "look_around");
+  }
+
+  record(on: boolean): Promise<boolean> {
+    return this.tell(on ? "Recording" : "End of recording", "record", { on });
+  }
+
+  reset(): Promise<boolean> {
+    return this.tell("Reset", "reset");
+  }
+
+  /** True: the robot took it. */
+  private async tell(what: string, service: string, request: object = {}): Promise<boolean> {
+    this.outcome.set({ text: `${what}: sent…`, failed: false });
+    const begin = performance.now();
+    const answer = await this.link.call(service, request);
+    const took = Math.round(performance.now() - begin);
+    const text = answer.ok ? `${what}: taken after ${took} ms` : `${what} was NOT taken: ${answer.error ?? "refused"}`;
+    this.outcome.set({ text, failed: !answer.ok });
+    return answer.ok;
+  }
+}
