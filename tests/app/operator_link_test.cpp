@@ -10,7 +10,10 @@ namespace {
 
 using runtime::MissionState;
 
-constexpr Duration kRenews = seconds(0.2), kNoticed = seconds(1), kRests = seconds(2.7);
+/// The first steps of a walk shift the weight, and take longest to rest from (docs/faults.md).
+constexpr Duration kRenews = seconds(0.2), kNoticed = seconds(1), kRests = seconds(3.95);
+/// Until the control computer has said so: a few of its statuses.
+constexpr Duration kTold = seconds(0.1);
 
 /// Holds the robot to its promise: at rest in time after a renewal that was the last, and for good.
 struct Link : Served {
@@ -46,7 +49,7 @@ struct Link : Served {
   }
   void lose() {
     ASSERT_TRUE(pass_until([&] { return stands(); }, 10));
-    EXPECT_LE(to_seconds(session.now() - renewed), to_seconds(kNoticed + kRests));
+    EXPECT_LE(to_seconds(session.now() - renewed), to_seconds(kNoticed + kRests + kTold));
     const Pose2 rests = session.body().stance().base();
     pass(6);
     renew();  // too late: the lease is gone
@@ -67,8 +70,7 @@ void lose_the_link(int times) {
   for (int i = 0; i < times && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     link.distance(1.6, 0.4) > link.distance(-0.6, -0.3) ? link.set_off(1.6, 0.4) : link.set_off(-0.6, -0.3);
-    // Its first three steps take longer to rest from (docs/faults.md).
-    const Time moment = link.session.now() + seconds(dice.between(3, 11));
+    const Time moment = link.session.now() + seconds(dice.between(0, 11));
     link.walk_until([&] { return link.session.now() >= moment || link.stands(); });
     link.lose();
   }

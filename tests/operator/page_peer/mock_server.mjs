@@ -11,7 +11,7 @@ import { MockRobot } from "./mock_robot.mjs";
 import { schema, topics } from "./schemas.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const kPage = join(here, "../../../operator/page/dist");
+const kPage = process.env.HEADWAY_PAGE ?? join(here, "../../../operator/page/dist");
 const kTypes = { "/": ["index.html", "text/html; charset=utf-8"], "/page.js": ["page.js", "text/javascript; charset=utf-8"],
                  "/page.css": ["page.css", "text/css; charset=utf-8"], "/favicon.svg": ["favicon.svg", "image/svg+xml"] };
 const kPolicy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; " +
