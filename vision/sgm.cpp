@@ -188,7 +188,7 @@ void Sgm::match(const SgmSearch& search, const SgmPenalties& penalties, const ha
   result.least.assign(size, 255), result.second.assign(size, 255);
   result.disagreement.assign(size, SgmResult::kOutside);
   if (penalties.paths != 4) return sweep_down(left, result);
-  const auto& [above, below] = halves_;
+  const Half &above = halves_[0], &below = halves_[1];
   processors.both([&] { approach_middle(left, above); }, [&] { approach_middle(left, below); });
   processors.both([&] { leave_middle(left, above, saved(below, below.blocks), result); },
                   [&] { leave_middle(left, below, saved(above, above.blocks), result); });

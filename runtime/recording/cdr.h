@@ -72,7 +72,7 @@ class Writer {
   }
   template <CdrMessage T>
   void put(const T& message) {
-    T::fields(message, [this](const char*, const auto& field) { put(field); });
+    T::fields(message, [this](const char*, const auto& field) { this->put(field); });
   }
   template <class T>
   requires(IsArray<T>::value || IsSequence<T>::value) void put(const T& values) {
@@ -122,7 +122,7 @@ class Reader {
   }
   template <CdrMessage T>
   void get(T& message) {
-    T::fields(message, [this](const char*, auto& field) { get(field); });
+    T::fields(message, [this](const char*, auto& field) { this->get(field); });
   }
   template <class T>
   requires(IsArray<T>::value) void get(T& values) {
