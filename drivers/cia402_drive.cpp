@@ -339,6 +339,13 @@ void Cia402Drive::home(Time now) noexcept {
     }
     return;
   }
+  if (mode_ != cia402::kHoming) {  // bit 12 says something else, which nobody here ordered
+    if (homing_.status() == Homing::Status::kMoving)
+      fail(DriveFailure::kHomingFailed);
+    else
+      report_.phase = DrivePhase::kEnabling;
+    return;
+  }
   homing_.tick(silent_ ? std::nullopt : std::optional(statusword_), held_, now);
   if (homing_.status() == Homing::Status::kNotHomed) fail(DriveFailure::kNotHomed);
   if (homing_.status() == Homing::Status::kFailed) fail(DriveFailure::kHomingFailed);

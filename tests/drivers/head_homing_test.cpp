@@ -57,6 +57,45 @@ TEST_P(HeadHoming, OfDrivesThatKnowWhereTheyAreIsAskedAndNotDone) {
   }
 }
 
+TEST_P(HeadHoming, IsNotBelievedOfADriveThatShowsAnotherMode) {
+  HeadBench bench(moving());
+  bench.pan.homed = false;
+  ASSERT_TRUE(bench.run_until([&] { return bench.pan.homings == 1; }, seconds(3)));
+  bench.to_head = [](hal::CanFrame& f) {
+    // In profile position mode: a set-point acknowledged, and reached.
+    if (f.id == 0x191) f.data[1] |= 0x14, f.data[2] = 1;
+    return true;
+  };
+  ASSERT_TRUE(bench.run_until(HeadHealth::kFault, seconds(0.2)));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kHomingFailed);
+  EXPECT_EQ(bench.head.state().stamp, Time{});
+}
+
+TEST_P(HeadHoming, IsAskedOfADriveInItsModeOnly) {
+  HeadBench bench(required());
+  bench.pan.homed = false;
+  int in_mode = 0;
+  bench.to_head = [&](hal::CanFrame& f) {
+    // It leaves the mode the moment it is there, before it could be asked.
+    const bool enabled = f.id == 0x191 && (f.data[0] & 0x6F) == 0x27 && f.data[2] == 6;
+    if (enabled && ++in_mode > 1) f.data[1] |= 0x10, f.data[2] = 1;
+    return true;
+  };
+  hal::CanFrame attained{.id = 0x191, .dlc = 3, .data = {0x27, 0x10, 1}, .stamp = {}};
+  const bool is_asked = bench.run_until(
+      [&] {
+        if (bench.head.pan().phase != DrivePhase::kHoming) return false;
+        attained.stamp = bench.now;
+        bench.head.receive(attained);
+        return true;
+      },
+      seconds(3));
+  ASSERT_TRUE(is_asked);
+  EXPECT_FALSE(bench.run_until(HeadHealth::kReady, seconds(1)));
+  EXPECT_TRUE(bench.run_until(HeadHealth::kFault, seconds(4)));
+  EXPECT_EQ(bench.head.pan().failure, DriveFailure::kStateTimedOut);
+}
+
 TEST_P(HeadHoming, ThatIsMissingIsANamedStateAndTheHeadIsNotMoved) {
   HeadBench bench(required());
   bench.tilt.homed = false;
