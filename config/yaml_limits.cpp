@@ -1,5 +1,6 @@
 #include "config/yaml_limits.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -62,6 +63,31 @@ class Census final : public YAML::EventHandler {
   std::size_t documents_ = 0, values_ = 0, depth_ = 0;
 };
 
+/// Bytes of the UTF-8 character that `text` begins with (RFC 3629); 0 where it begins with none.
+std::size_t length_of_first(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(i < text.size() ? text[i] : 0); };
+  const auto goes_on = [&](std::size_t from, std::size_t to) {
+    for (; from < to; ++from)
+      if ((byte(from) & 0xC0U) != 0x80U) return false;
+    return true;
+  };
+  const unsigned first = byte(0), second = byte(1);
+  if (first < 0x80) return 1;
+  if (first >= 0xC2 && first < 0xE0) return goes_on(1, 2) ? 2 : 0;
+  // Neither longer than need be, nor a surrogate, nor beyond U+10FFFF.
+  const bool fits = !(first == 0xE0 && second < 0xA0) && !(first == 0xED && second > 0x9F) &&
+                    !(first == 0xF0 && second < 0x90) && !(first == 0xF4 && second > 0x8F);
+  if (first >= 0xE0 && first < 0xF0) return fits && goes_on(1, 3) ? 3 : 0;
+  if (first >= 0xF0 && first < 0xF5) return fits && goes_on(1, 4) ? 4 : 0;
+  return 0;
+}
+
+/// U+0080 to U+009F are controls as well: terminals obey what U+009B begins.
+bool is_control(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  return first < 0x20 || first == 0x7F || (first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0);
+}
+
 }  // namespace
 
 void check_yaml(const std::string& text, const std::string& file, const YamlLimits& limits) {
@@ -83,13 +109,23 @@ void check_yaml(const std::string& text, const std::string& file, const YamlLimi
   }
 }
 
-std::string one_line(std::string text, std::size_t longest) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  if (text.size() <= longest) return text;
-  // Not in the middle of a UTF-8 character.
-  while (longest > 0 && (static_cast<unsigned char>(text[longest]) & 0xC0U) == 0x80U) --longest;
-  return text.substr(0, longest) + "...";
+bool is_utf8(std::string_view text) {
+  for (std::size_t length = 0; !text.empty(); text.remove_prefix(length))
+    if (length = length_of_first(text); length == 0) return false;
+  return true;
+}
+
+std::string one_line(const std::string& text, std::size_t longest) {
+  std::string line;
+  for (std::string_view left = text; !left.empty();) {
+    const std::size_t length = length_of_first(left);
+    const std::string_view first = left.substr(0, std::max<std::size_t>(length, 1));
+    const std::string_view shown = length == 0 ? "?" : is_control(first) ? " " : first;
+    if (line.size() + shown.size() > longest) return line + "...";
+    line += shown;
+    left.remove_prefix(first.size());
+  }
+  return line;
 }
 
 }  // namespace headway::config

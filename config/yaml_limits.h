@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace headway::config {
 
@@ -18,7 +19,10 @@ struct YamlLimits {
 /// say) or no YAML, or holds a second document. An empty text passes.
 void check_yaml(const std::string& text, const std::string& file, const YamlLimits& limits = {});
 
-/// `text` on one line: control characters become spaces, and what is longer than `longest` bytes is cut.
-std::string one_line(std::string text, std::size_t longest = 300);
+bool is_utf8(std::string_view text);
+
+/// `text` on one line, in UTF-8: a control character becomes a space, a byte that is no character a question
+/// mark, and what is longer than `longest` bytes is cut.
+std::string one_line(const std::string& text, std::size_t longest = 300);
 
 }  // namespace headway::config

@@ -203,6 +203,7 @@ bool Section::flag_or(std::string_view key, bool fallback) const {
 std::string Section::text(std::string_view key) const {
   const YAML::Node node = required(key);
   if (!node.IsScalar() || node.Scalar().empty()) fail(key, fmt::format("{}, expected a text", shown(node)));
+  if (!is_utf8(node.Scalar())) fail(key, fmt::format("{}, expected a text in UTF-8", shown(node)));
   return node.Scalar();
 }
 

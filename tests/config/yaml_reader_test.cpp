@@ -267,11 +267,24 @@ TEST(YamlReader, SaysOneLineWhateverTheValueHolds) {
     EXPECT_THAT(message, StartsWith("robot.yaml:1: width: "));
     for (const char c : message) EXPECT_GE(c, ' ') << message;
   }
+  EXPECT_THAT(number_complaint("\"\\x9b31mred\\x85\""), HasSubstr("' 31mred '"));
+  // No character: a byte that goes on, a surrogate, one longer than need be, one beyond U+10FFFF, half of
+  // one.
+  for (const char* none : {"\x80", "\xED\xA0\x80", "\xC0\xAF", "\xF4\x90\x80\x80", "\xE2\x82"})
+    EXPECT_THAT(number_complaint(none), HasSubstr("'?")) << none;
+  EXPECT_THAT(number_complaint("\u00B0\u20AC\U0001F916"), HasSubstr("'\u00B0\u20AC\U0001F916'"));
+
   EXPECT_LT(number_complaint(std::string(10000, 'x')).size(), 200U);
   const Section s = parse(fmt::format("\"a\\nb{}\": 1\n", std::string(900, 'k')));
   const std::string message = complaint([&] { s.finish(); });
   EXPECT_THAT(message, AllOf(HasSubstr("is not a key here"), Not(HasSubstr("\n"))));
   EXPECT_LT(message.size(), 300U);
+}
+
+TEST(YamlReader, TakesNoTextThatReportsCouldNotHold) {
+  EXPECT_EQ(parse("name: J\u00FCrgen\n").text("name"), "J\u00FCrgen");
+  EXPECT_THAT(complaint([] { parse("a: 1\nname: J\xFCrgen\n").text("name"); }),
+              StartsWith("robot.yaml:2: name: 'J?rgen', expected a text in UTF-8"));
 }
 
 TEST(YamlReader, RefusesDeepNesting) {
