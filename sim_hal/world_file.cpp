@@ -20,6 +20,7 @@ constexpr config::Range kAngle{-360, 360, "deg"};
 constexpr config::Range kLength{0.005, 1000, "m"};
 constexpr config::Range kShare{0, 1};
 constexpr double kStepsOver = 0.08, kRobotHeight = 1.70;  // what is between them is in the way of a robot [m]
+constexpr double kLongest = 1e6;                          // that anything moves [s]
 constexpr std::size_t kMostThings = 5000;  // a world beyond this is a mistake, and would only be slow
 
 Vector2d vector2(const Section& s, std::string_view key, config::Range allowed = kPlace) {
@@ -43,6 +44,7 @@ class Reader {
   explicit Reader(const Section& file) : file_(file) {}
 
   World read() {
+    count();
     read_head();
     read_textures();
     read_floor_and_walls();
@@ -54,6 +56,15 @@ class Reader {
   }
 
  private:
+  /// Before any is made: each makes several solids, and an alias costs a file three bytes.
+  void count() const {
+    std::size_t things = 0;
+    for (const char* list : {"textures", "walls", "boxes", "cylinders", "tables", "shelves", "moving"})
+      things += file_.sections(list).size();
+    if (things > kMostThings)
+      file_.fail("", fmt::format("lists {} things, expected at most {}", things, kMostThings));
+  }
+
   void read_head() {
     world_.name = file_.text("name");
     world_.seed = static_cast<std::uint64_t>(file_.integer_or("seed", 1, {0, 2e9}));
@@ -169,6 +180,13 @@ class Reader {
     return Solid::box({0, 0, bottom + size.z() / 2}, size);
   }
 
+  static double length(const std::vector<Pose2>& poses) {
+    double sum = 0;
+    for (std::size_t i = 1; i < poses.size(); ++i)
+      sum += (poses[i].position() - poses[i - 1].position()).norm();
+    return sum;
+  }
+
   // Either a speed for the whole path, or a time at each of its places.
   static std::vector<TimedPose> path(const Section& s) {
     const auto places = s.sections("path");
@@ -178,11 +196,17 @@ class Reader {
     for (const Section& p : places)
       poses.push_back(
           {p.number("x", kPlace), p.number("y", kPlace), p.number_or("yaw_deg", 0, kAngle) * kDegree});
-    if (s.has("speed")) return path_at_speed(poses, s.number("speed", {0.001, 20, "m/s"}));
+    if (s.has("speed")) {
+      const double speed = s.number("speed", {0.001, 20, "m/s"});
+      if (const double time = length(poses) / speed; time > kLongest)
+        s.fail("speed", fmt::format("{} m/s, at which the path takes {:.3g} s, expected at most {:g} s",
+                                    speed, time, kLongest));
+      return path_at_speed(poses, speed);
+    }
     std::vector<TimedPose> timed;
     for (std::size_t i = 0; i < places.size(); ++i) {
-      const Duration t =
-          seconds(i == 0 ? places[i].number_or("t", 0, {0, 0, "s"}) : places[i].number("t", {0, 1e6, "s"}));
+      const Duration t = seconds(i == 0 ? places[i].number_or("t", 0, {0, 0, "s"})
+                                        : places[i].number("t", {0, kLongest, "s"}));
       if (!timed.empty() && t <= timed.back().after)
         places[i].fail("t", fmt::format("{} s, expected later than the place before ({} s)", to_seconds(t),
                                         to_seconds(timed.back().after)));

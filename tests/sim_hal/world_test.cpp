@@ -115,6 +115,20 @@ TEST(WorldFile, NamesFileLineAndKeyOfEachFault) {
               HasSubstr("moving[0].path"));
 }
 
+TEST(WorldFile, RefusesMoreThanAWorldCanBeBeforeItIsMade) {
+  std::string aliases =
+      "name: w\nstart: [0, 0, 0]\nshelves:\n- &s {at: [1, 1, 0], size: [0.4, 1, 2], boards: 50}\n";
+  for (int i = 0; i < 6000; ++i) aliases += "- *s\n";
+  EXPECT_THAT(error_of([&] { parsed(aliases); }), HasSubstr("lists 6001 things, expected at most 5000"));
+  std::string way = "{x: 1, y: 2}";
+  for (int i = 0; i < 2000; ++i) way += i % 2 == 0 ? ", {x: 499, y: 2}" : ", {x: 1, y: 2}";
+  EXPECT_THAT(error_of([&] {
+                changed("path: [{x: 1, y: 2}, {x: 2, y: 2}, {x: 2, y: 3, yaw_deg: 90}]",
+                        "path: [" + way + "]");
+              }),
+              HasSubstr("moving[0].speed: 0.5 m/s, at which the path takes 1.99e+06 s"));
+}
+
 TEST(WorldFile, TakesNoHarmFromTruncatedAndMutatedText) {
   std::ifstream in(kWorlds / "lab.yaml");
   std::stringstream whole;
