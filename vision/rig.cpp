@@ -17,7 +17,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kLargestCoefficient = 1000;
-constexpr double kLeastOverlap = 0.1;  // of one image, at the best distance
+constexpr double kMostPixels = 1 << 25;  // rectifying takes tables of 6 bytes a pixel, for each camera
+constexpr double kLeastOverlap = 0.1;    // of one image, at the best distance
 
 // Where the lens's radial curve turns back, two rays meet in one pixel and the image cannot be undistorted.
 // The corners of a fisheye image may lie outside its circle.
@@ -36,6 +37,9 @@ bool within(double value, double lowest, double highest) { return value >= lowes
 std::optional<RigFault> camera_fault(const std::string& side, const CameraIntrinsics& c) {
   if (!within(c.width, 16, 16384) || !within(c.height, 16, 16384))
     return RigFault{"size", fmt::format("{} x {}, expected 16 to 16384 px each way", c.width, c.height)};
+  if (static_cast<double>(c.width) * c.height > kMostPixels)
+    return RigFault{"size", fmt::format("{} x {}, expected at most {:.0f} megapixels", c.width, c.height,
+                                        kMostPixels / 1e6)};
   if (!within(c.fx, 1, 1e6) || !within(c.fy, 1, 1e6))
     return RigFault{side + ".focal", fmt::format("[{}, {}], expected 1 to 1e6 px", c.fx, c.fy)};
   if (!within(c.cx, 0, c.width) || !within(c.cy, 0, c.height))

@@ -26,11 +26,11 @@ struct RigFault {
   std::string key, what;
 };
 
-/// Nothing for a usable rig: positive focal lengths, principal points inside the images, lenses that keep
-/// every pixel apart (equidistant ones: up to the middles of the image's edges), sizes that agree, 0.02 m <
-/// baseline < 1 m, the right camera on the right (its place at most 25 deg off the left camera's x axis),
-/// cameras turned apart by no more than half the narrower field, views that share a tenth of one image
-/// somewhere between nearest and farthest, 0 < nearest < farthest.
+/// Nothing for a usable rig: images of up to 33 megapixels, positive focal lengths, principal points inside
+/// the images, lenses that keep every pixel apart (equidistant ones: up to the middles of the image's edges),
+/// sizes that agree, 0.02 m < baseline < 1 m, the right camera on the right (its place at most 25 deg off the
+/// left camera's x axis), cameras turned apart by no more than half the narrower field, views that share a
+/// tenth of one image somewhere between nearest and farthest, 0 < nearest < farthest.
 std::optional<RigFault> fault_of(const StereoRig& rig);
 
 /// Throws InputError `NAME: key: what` for an unusable rig.

@@ -104,6 +104,9 @@ TEST(Rig, NamesTheKeyOfEachFault) {
   EXPECT_EQ(fault_after([](StereoRig& r) { r.right.fy = NAN; }), "right.focal");
   EXPECT_EQ(fault_after([](StereoRig& r) { r.left.cx = -1; }), "left.centre");
   EXPECT_EQ(fault_after([](StereoRig& r) { r.right.width = 320; }), "size");
+  EXPECT_EQ(fault_after(
+                [](StereoRig& r) { r.left.width = r.left.height = r.right.width = r.right.height = 16384; }),
+            "size");
   EXPECT_EQ(fault_after([](StereoRig& r) { r.left.k1 = -3; }), "left.distortion");
   EXPECT_EQ(fault_after([](StereoRig& r) { r.right_from_left.translation() *= 0.1; }), "right_from_left");
   EXPECT_EQ(fault_after([](StereoRig& r) { r.right_from_left.translation() *= 1000; }), "right_from_left");
