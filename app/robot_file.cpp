@@ -10,6 +10,7 @@
 
 #include "app/can_transport.h"
 #include "app/file_kind.h"
+#include "config/yaml_limits.h"
 #include "config/yaml_reader.h"
 #include "hal/angle.h"
 #include "hal/error.h"
@@ -306,6 +307,29 @@ void read_recording(const Section& runtime, RecordingConfig& config) {
       static_cast<std::uint64_t>(runtime.integer_or("record_file_mb", 1024, {1, 1 << 20, "MiB"})) << 20;
 }
 
+/// As the file says; what it says elsewhere may not allow it.
+void step_over_as_said(const Section& file, Robot& robot) {
+  try {
+    step_over(robot.mission.gait.over.height, robot);
+  } catch (const InputError& fault) {
+    file.section("gait").section("step_over").fail("height", fault.what());
+  }
+}
+
+/// What the head sees through the rig, and where it looks to see all. `view`: what one view is taken to
+/// cover, where the robot file says so.
+void look_through(const std::filesystem::path& rig_file, const std::optional<vision::FieldAngles>& view,
+                  Robot& robot) {
+  runtime::MissionConfig& mission = robot.mission;
+  try {
+    mission.field = field_in_camera(robot.rig);
+    mission.viewpoints =
+        vision::viewpoints(mission.head, view ? *view : field_of(robot.rig, mission.look_distance));
+  } catch (const InputError& fault) {
+    throw InputError(fmt::format("{}: {}", config::one_line(rig_file.string(), 5000), fault.what()));
+  }
+}
+
 /// Trunk and arms as one box, from the neck down to what no longer counts as floor.
 nav::BodyBox whole_body(const Section& neck, const Robot& robot) {
   const nav::BodyOutline& outline = robot.mission.outline;
@@ -396,12 +420,10 @@ Robot read_robot(const std::filesystem::path& file, const std::optional<std::fil
     read_recording(*runtime, robot.recording);
   }
   robot.mapper.integration.own_body = own_body(section, robot);
-  step_over(robot.mission.gait.over.height, robot);
+  step_over_as_said(section, robot);
   section.finish();
   robot.rig = vision::read_rig(rig);
-  robot.mission.field = field_in_camera(robot.rig);
-  robot.mission.viewpoints = vision::viewpoints(
-      robot.mission.head, field ? *field : field_of(robot.rig, robot.mission.look_distance));
+  look_through(rig, field, robot);
   return robot;
 }
 

@@ -127,6 +127,43 @@ TEST(RobotFile, RefusesToStepOverWhatItsGaitOrItsMapCannot) {
   EXPECT_THROW(step_over(0.06, long_strides), InputError);
 }
 
+TEST(RobotFile, NamesTheKeyOfAStepOverThatSomethingElseInItForbids) {
+  const TemporaryFolder folder;
+  write_changed(folder.path(), "gait:", "step_seconds:", "step_seconds: 0.8\n  step_over: {height: 0.06}");
+  const std::string text = read_text(folder / "robot.yaml");
+  const auto fault = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    write_text(folder / "robot.yaml", other.replace(other.find(from), from.size(), to));
+    try {
+      read_robot(folder / "robot.yaml");
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no fault");
+  };
+  EXPECT_THAT(fault("execution: steps", "execution: orders"),
+              HasSubstr("gait.step_over.height: stepping over low obstacles: the control computer places"));
+  EXPECT_THAT(fault("trip_height: 0.025", "trip_height: 0"),
+              HasSubstr("gait.step_over.height: stepping over low obstacles: they are not looked for"));
+}
+
+TEST(RobotFile, NamesTheFileOfARigThatLeavesNoCommonImage) {
+  const TemporaryFolder folder;
+  // Tall images, rolled against each other.
+  write_text(folder / "tall.yaml",
+             "name: tall\nsize: [96, 300]\nleft: {focal: [60, 60], centre: [47.5, 149.5]}\n"
+             "right: {focal: [60, 60], centre: [47.5, 149.5]}\n"
+             "right_from_left: {translation: [-0.0788, -0.0616, 0], rotation_deg: [0, 0, 38]}\n"
+             "nearest: 0.5\nfarthest: 6\n");
+  try {
+    read_robot(kRobot, folder / "tall.yaml");
+    FAIL() << "it is taken";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(),
+                testing::StartsWith((folder / "tall.yaml").string() + ": rig tall: no common image"));
+  }
+}
+
 /// HRP-2 with this hardware.
 Robot with_hardware(const std::string& lines) {
   const TemporaryFolder folder;
