@@ -1,5 +1,7 @@
 #include "bench/runtime_live_bus.h"
 
+#include <sched.h>
+
 #include "hal/error.h"
 #include "sim_hal/world_file.h"
 #include "tests/heap_count.h"
@@ -13,6 +15,7 @@ std::size_t Wire::receive(std::span<hal::CanFrame> into) noexcept {
   if (loop_ == std::thread::id()) {
     loop_ = std::this_thread::get_id();
     heap_first_ = heap;
+    first_look_ = hal::MonotonicClock().now();
   }
   if (loop_ == std::this_thread::get_id()) heap_last_ = heap;
   std::size_t count = 0;
@@ -43,6 +46,15 @@ namespace {
 
 sim::World laboratory() { return sim::read_world(source_dir() / "config/worlds/lab.yaml"); }
 
+/// The calling thread, where there is another processor.
+void keep_off(int processor) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (::sched_getaffinity(0, sizeof set, &set) != 0 || CPU_COUNT(&set) < 2) return;
+  CPU_CLR(static_cast<unsigned>(processor), &set);
+  ::sched_setaffinity(0, sizeof set, &set);
+}
+
 app::Robot with(app::Robot robot, const runtime::RealTime& real_time) {
   robot.loops.real_time = real_time;
   robot.mapper.voxels.resolution = 0.05;
@@ -58,7 +70,7 @@ LiveBus::LiveBus(const app::Robot& robot, const runtime::RealTime& real_time)
           with(robot, real_time), app::LiveOptions{.start = laboratory().start, .floor = {8, 8}, .goal = {}},
           wire_, *eyes_, clock_)) {
   session_->start();
-  nodes_ = std::thread([this] { move_robot(); });
+  nodes_ = std::thread([this, processor = real_time.bus_processor] { move_robot(processor); });
 }
 
 LiveBus::~LiveBus() {
@@ -67,8 +79,11 @@ LiveBus::~LiveBus() {
   nodes_.join();
 }
 
-void LiveBus::move_robot() {
-  for (Time next = clock_.now(); !over_; next += sim::SimRobot::kPeriod) {
+void LiveBus::move_robot(std::optional<int> bus_processor) {
+  if (bus_processor) keep_off(*bus_processor);
+  const Duration period = sim::SimRobot::kPeriod;
+  while (wire_.first_look() == Time{} && !over_) clock_.sleep_until(clock_.now() + period);
+  for (Time next = wire_.first_look() + period / 2; !over_; next += period) {
     clock_.sleep_until(next);
     wire_.exchange_with(node_.bus());
     node_.catch_up(clock_.now());

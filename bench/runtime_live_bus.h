@@ -1,11 +1,12 @@
 // The bus loop as `headway run` runs it, with its masters, on its own urgent thread. At the other end of the
-// wire the simulated robot moves on an ordinary thread: the loop pays for what it does, not for the
-// simulator.
+// wire the simulated robot moves on an ordinary thread, on another processor and midway between the loop's
+// cycles, as it would in another machine: the loop pays for what it does, not for the simulator.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "app/live_session.h"
@@ -25,11 +26,14 @@ class Wire final : public hal::CanBus {
   void exchange_with(hal::CanBus& robot);
   /// Calls of `new` from the loop's first look at the wire to its last.
   std::uint64_t heap_calls() const { return heap_last_ - heap_first_; }
+  /// When the loop first looked at the wire; zero before. Of the system's monotonic clock.
+  Time first_look() const noexcept { return first_look_; }
 
  private:
   hal::BoundedQueue<hal::CanFrame, 512> to_robot_, to_loop_;
   std::atomic<std::thread::id> loop_{};
   std::atomic<std::uint64_t> heap_first_{0}, heap_last_{0};
+  std::atomic<Time> first_look_{Time{}};
 };
 
 /// Runs from its construction to stop(); the robot stands, its head's drives are led.
@@ -49,7 +53,7 @@ class LiveBus {
  private:
   class ShutEyes;
 
-  void move_robot();
+  void move_robot(std::optional<int> bus_processor);
 
   hal::ScaledClock clock_{1};
   app::NodeSession node_;
