@@ -404,6 +404,9 @@ Robot read_robot(const std::filesystem::path& file, const std::optional<std::fil
       vision::matcher_kind(section.choice_or("matcher", "census", vision::matcher_names()));
   read_neck(section.section("neck"), robot);
   read_gait(section.section("gait"), robot.mission.gait);
+  const nav::WalkingConfig pattern = nav::walking_config(robot.mission.gait);
+  robot.steps.known_after = seconds(pattern.known_after());
+  robot.steps.shortest_step = seconds(pattern.shortest_step);
   read_body(section.section("body"), robot.mission.outline);
   read_map(section.section("map"), robot);
   if (const auto levelling = section.section_if("levelling")) read_levelling(*levelling, robot.levelling);

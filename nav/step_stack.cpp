@@ -14,7 +14,7 @@ static_assert(std::is_trivially_copyable_v<StepStack>);
 
 namespace {
 
-constexpr std::int64_t kAhead = 3;  // the step under way and the two after it are committed
+constexpr std::int64_t kAhead = 2;  // the steps after the one under way that have to be known
 
 const StepStackConfig& validated(const StepStackConfig& config) {
   config.validate();
@@ -30,6 +30,8 @@ void StepStackConfig::validate() const {
                      " s, expected " + std::to_string(to_seconds(lowest)) + " to " +
                      std::to_string(to_seconds(highest)) + " s");
   };
+  check("shortest_step", shortest_step, seconds(0.1), seconds(10));
+  check("known_after", known_after, Duration::zero(), shortest_step);
   check("lead", lead, Duration::zero(), seconds(2));
   check("margin", margin, Duration::zero(), seconds(1));
   // A step that waits longer than this is late by itself.
@@ -143,8 +145,8 @@ void StepStack::follow_session(const hal::WalkStatus& status) noexcept {
     forget_from(rejected);
   }
   // A step that was not there at its deadline is refused from then on.
-  if (executing_ != kNone && accepted < executing_ + kAhead - 1 &&
-      accepted + 1 < static_cast<std::int64_t>(committed_.next_index)) {
+  if (executing_ != kNone && accepted + 1 < static_cast<std::int64_t>(committed_.next_index) &&
+      until_deadline(static_cast<std::uint32_t>(accepted + 1), status.stamp, status) < Duration::zero()) {
     stop(StackStop::kEnded);
     forget_from(accepted + 1);
   }
@@ -195,14 +197,23 @@ void StepStack::pass_deadline(Time now) noexcept {
   }
 }
 
+/// Of step `index`, not the first one, while one is under way. Nothing is known of the steps after the next
+/// lift-off: their deadlines lie after it.
+Duration StepStack::until_deadline(std::uint32_t index, Time now,
+                                   const hal::WalkStatus& status) const noexcept {
+  const auto under_way = static_cast<std::uint32_t>(executing_);
+  Duration until = status.phase_remaining - (now - status.stamp) + config_.known_after;  // of under_way + 3
+  if (index > under_way + kAhead) return until;
+  until -= committed_.newest[under_way % Committed::kKept].step.duration;
+  return until - config_.shortest_step * (under_way + kAhead - index);
+}
+
 bool StepStack::may_commit(Time now, const hal::WalkStatus& status) noexcept {
   const auto next = static_cast<std::int64_t>(committed_.next_index);
-  if (next > executing_ + kAhead) return false;
-  if (executing_ == kNone) {
-    return next < kAhead && (next > 0 || status.state == hal::WalkState::kStanding);
-  }
-  const Duration remaining = status.phase_remaining - (now - status.stamp);
-  if (next < executing_ + kAhead || remaining < config_.lead + config_.margin) {
+  if (executing_ == kNone) return next == 0 && status.state == hal::WalkState::kStanding;
+  if (next > executing_ + kAhead + 1) return false;
+  const Duration remaining = until_deadline(committed_.next_index, now, status);
+  if (remaining < config_.lead + config_.margin) {
     pass_deadline(now);
     return false;
   }

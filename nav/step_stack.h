@@ -48,8 +48,11 @@ enum class StackStop : std::uint8_t {
 };
 
 struct StepStackConfig {
-  /// A step may commit when this much of the step under way remains: what is committed then has landed within
-  /// this and three steps, 2.7 s.
+  /// Deadlines, as WalkingConfig says them: so long after a lift-off the control computer has to know the
+  /// step two after; the second step of a walk, as if one of the shortest came before the first.
+  Duration known_after = seconds(0.3), shortest_step = seconds(0.8);
+  /// A step may commit this long before its deadline: so at its own lift-off, and not before, the step two
+  /// after. What is committed then has landed within three steps, and the robot rests after 2.7 s.
   Duration commit_from = seconds(0.30);
   /// From then on it waits for the next plan, which is in the making, until this much remains.
   Duration commit_by = seconds(0.19);
@@ -95,12 +98,12 @@ struct Committed {
   }
 };
 
-/// At any moment the committed steps are the one under way and the two after it, which the robot needs to
-/// come to rest, or already the third; at rest, up to three. While step k is under way, step k+3 commits; its
-/// deadline is the start of step k+1. It commits with a plan just taken, where one comes in time: a plan that
-/// is in the making when a step commits would come too late to be taken. Whatever is missed ends the walk
-/// after the steps that are committed, feet as they land. Nothing sent is ever replaced; but a step that the
-/// control computer refuses, or does not walk before it comes to rest, was none.
+/// The committed steps are the one under way and the two after it, which the robot needs to come to rest;
+/// from a lift-off to the next commit, one of these. A walk begins with one step, and commits the second and
+/// the third while the weight is shifted. A step commits with a plan just taken, where one comes in time: a
+/// plan that is in the making when a step commits would come too late to be taken. Whatever is missed ends
+/// the walk after the steps that are committed, feet as they land. Nothing sent is ever replaced; but a step
+/// that the control computer refuses, or does not walk before it comes to rest, was none.
 class StepStack {
  public:
   /// Throws InputError as StepStackConfig::validate.
@@ -142,6 +145,7 @@ class StepStack {
   std::optional<hal::PartOfOrder> next_part() const noexcept;
   bool plan_ends() const noexcept;
   bool fresh(Time now) const noexcept { return now - plan_.newest_frame <= config_.max_map_age; }
+  Duration until_deadline(std::uint32_t index, Time now, const hal::WalkStatus& status) const noexcept;
   bool may_commit(Time now, const hal::WalkStatus& status) noexcept;
   void pass_deadline(Time now) noexcept;
 

@@ -49,7 +49,7 @@ void ControlComputerConfig::validate() const {
   require(limits.nearest_side > 0 && limits.farthest_side >= limits.nearest_side,
           "limits.farthest_side must not be less than limits.nearest_side, which must be positive");
   require(limits.yaw >= 0 && limits.dz >= 0, "limits.yaw and limits.dz must not be negative");
-  require(first_wait >= Duration{} && control_lost > Duration{}, "times must be positive");
+  require(control_lost > Duration{}, "control_lost must be positive");
   require(status_period > Duration{} && time_period > Duration{}, "periods must be positive");
 }
 
@@ -96,7 +96,7 @@ void ControlComputer::take_step(const hal::CanFrame& frame) noexcept {
   hal::StepReject reason = judge(command->session, command->seq);
   if (reason == hal::StepReject::kNone && !config_.limits.allow(step)) reason = hal::StepReject::kReach;
   if (reason != hal::StepReject::kNone) return reject(command->seq, reason);
-  if (!push(step, frame.stamp)) return reject(command->seq, hal::StepReject::kReach);
+  if (!push(step)) return reject(command->seq, hal::StepReject::kReach);
   order_ = {};
 }
 
@@ -111,16 +111,15 @@ void ControlComputer::take_order(const hal::CanFrame& frame) noexcept {
   if (reason != hal::StepReject::kNone) return reject(order->seq, reason);
   const auto steps = nav::steps_of(order_of(*order), pattern_.planned_stance(), last_foot_, config_.gait);
   const auto allowed = [this](const hal::Footstep& step) { return config_.limits.allow(step); };
-  if (!steps || !std::ranges::all_of(steps->all(), allowed) || !push(steps->steps[0], frame.stamp))
+  if (!steps || !std::ranges::all_of(steps->all(), allowed) || !push(steps->steps[0]))
     return reject(order->seq, hal::StepReject::kReach);
   order_ = *steps;
   order_done_ = 1;
   ++counters_.orders;
 }
 
-bool ControlComputer::push(const hal::Footstep& step, Time stamp) noexcept {
+bool ControlComputer::push(const hal::Footstep& step) noexcept {
   if (!pattern_.push(step)) return false;
-  if (accepted_ == 0) first_accepted_ = stamp;
   ++accepted_;
   ++counters_.accepted;
   last_foot_ = step.foot;
@@ -129,10 +128,10 @@ bool ControlComputer::push(const hal::Footstep& step, Time stamp) noexcept {
 }
 
 /// Accepts the order's steps up to that number.
-void ControlComputer::release(std::uint8_t last_seq, Time stamp) noexcept {
+void ControlComputer::release(std::uint8_t last_seq) noexcept {
   std::uint32_t more = (last_seq + 1 + hal::kStepNumbers - hal::wire_number(accepted_)) % hal::kStepNumbers;
   if (more > hal::kStepNumbers / 2) return;  // it lies behind
-  while (more-- > 0 && order_done_ < order_.count && push(order_.steps[order_done_], stamp)) ++order_done_;
+  while (more-- > 0 && order_done_ < order_.count && push(order_.steps[order_done_])) ++order_done_;
 }
 
 void ControlComputer::reject(std::uint8_t seq, hal::StepReject reason) noexcept {
@@ -164,7 +163,7 @@ void ControlComputer::take_control(const hal::CanFrame& frame) noexcept {
   using enum bus::WalkControl::Request;
   if (control->session == session_) {
     control_heard_ = frame.stamp;
-    release(control->last_seq, frame.stamp);
+    release(control->last_seq);
   }
   switch (control->request) {
     case kNone:
@@ -207,9 +206,7 @@ void ControlComputer::stop() noexcept {
 /// The vision computer that is not heard any more asks for a stop.
 void ControlComputer::watch() noexcept {
   if (session_ != 0 && now_ - control_heard_ >= config_.control_lost) stop();
-  if (pattern_.started() > 0 || pattern_.pushed() == 0) return;
-  const bool waited = now_ - first_accepted_ >= config_.first_wait;
-  if (pattern_.pushed() >= 3 || waited || pattern_.closed()) pattern_.begin();
+  pattern_.begin();
 }
 
 void ControlComputer::tick(Time now) noexcept {

@@ -34,7 +34,6 @@ struct ControlComputerConfig {
   StrideLimits limits{};
   nav::GaitLimits gait{};  ///< of the steps that it makes of an order
   ChestConfig chest{};
-  Duration first_wait = seconds(0.3);      ///< a walk of fewer than 3 steps begins this long after its first
   Duration control_lost = seconds(0.15);   ///< without WalkControl: smooth stop
   Duration status_period = seconds(0.02);  ///< WalkStatus, ChestXY, ChestZRot
   Duration time_period = seconds(1);       ///< Time
@@ -86,8 +85,8 @@ class ControlComputer final : public hal::BusNode {
   void take_order(const hal::CanFrame& frame) noexcept;
   void take_control(const hal::CanFrame& frame) noexcept;
   hal::StepReject judge(std::uint8_t session, std::uint8_t seq) const noexcept;
-  bool push(const hal::Footstep& step, Time stamp) noexcept;
-  void release(std::uint8_t last_seq, Time stamp) noexcept;
+  bool push(const hal::Footstep& step) noexcept;
+  void release(std::uint8_t last_seq) noexcept;
   bool repeats_accepted(std::uint8_t seq) const noexcept;
   void reject(std::uint8_t seq, hal::StepReject reason) noexcept;
   void open_session(std::uint8_t session) noexcept;
@@ -111,7 +110,7 @@ class ControlComputer final : public hal::BusNode {
   nav::OrderSteps order_;               ///< the newest order, and how many of its steps are accepted
   std::size_t order_done_ = 0;
   bool stop_asked_ = false;
-  Time first_accepted_{}, control_heard_{};
+  Time control_heard_{};
   std::uint8_t rejected_ = 0;
   hal::StepReject reject_reason_ = hal::StepReject::kNone;
   hal::bus::ProtectionChecker step_check_, order_check_, control_check_;

@@ -5,15 +5,6 @@
 
 namespace headway::nav {
 
-namespace {
-
-/// The pattern rests, or would begin a step without the two after it.
-bool waits(const WalkingPattern& pattern) {
-  return pattern.started() == 0 ? pattern.pushed() < 3 : pattern.pushed() < pattern.started() + 3;
-}
-
-}  // namespace
-
 std::string complaint(const std::optional<Forecast>& forecast, double required) {
   if (!forecast) return "the walking pattern does not take the planned steps";
   if (forecast->margin >= required) return {};
@@ -33,7 +24,7 @@ WalkForecaster::WalkForecaster(const WalkingConfig& config, double sole_length, 
 /// The pattern is taken on to the moment at which the step that commits next has to be known.
 bool WalkForecaster::commit(const hal::Footstep& step) noexcept {
   if (!pattern_.push(step)) return false;
-  while (!waits(pattern_)) {
+  while (!pattern_.wants_step()) {
     pattern_.begin();
     pattern_.tick();
   }

@@ -41,7 +41,9 @@ WalkingPattern::WalkingPattern(const WalkingConfig& config, const hal::Stance& s
       control_(config.preview),
       double_ticks_(periods(config.double_support, config.preview.period)),
       window_ticks_(config.preview.ticks()),
-      shift_ticks_(static_cast<int>(window_ticks_) + double_ticks_) {
+      shift_ticks_(static_cast<int>(window_ticks_) + double_ticks_),
+      known_by_(periods(config.known_after(), config.preview.period)),
+      shortest_ticks_(periods(config.shortest_step, config.preview.period)) {
   window_.resize(2 * window_ticks_);
   stand_at(start);
 }
@@ -95,7 +97,7 @@ bool WalkingPattern::push(const hal::Footstep& asked) noexcept {
 void WalkingPattern::begin() noexcept {
   if (phase_ != Phase::kStanding || pushed_ == 0 || started_ > 0) return;
   phase_ = Phase::kWalking;
-  start_step();
+  started_ = 1;
   tick_in_step_ = -shift_ticks_;
   writing_ = true;
   write_step_ = 0;
@@ -104,9 +106,9 @@ void WalkingPattern::begin() noexcept {
 
 void WalkingPattern::abort() noexcept {
   closed_ = true;
-  const std::uint32_t needed = started_ == 0 ? 0 : started_ + 2;
-  if (pushed_ <= needed) return;
-  pushed_ = needed;
+  const std::uint32_t kept = started_ == 0 ? 0 : needed(tick_in_step_);
+  if (pushed_ <= kept) return;
+  pushed_ = kept;
   plan_stance();
 }
 
@@ -132,12 +134,12 @@ void WalkingPattern::plan_stance() noexcept {
   planned_right_z_ = left ? last.support_z : last.landing_z;
 }
 
-/// The next step's time begins. Two more have to be known by now: the window is about to reach the end of the
-/// second, where the weight goes either on to a third or to rest.
-void WalkingPattern::start_step() noexcept {
-  ++started_;
-  tick_in_step_ = 0;
-  if (!known(started_ + 1)) closed_ = true;
+/// The window is about to reach the end of the step before, where the weight goes either on to this one or to
+/// rest.
+std::uint32_t WalkingPattern::needed(int tick) const noexcept {
+  if (started_ == 0) return 1;
+  if (tick >= known_by_) return started_ + 2;
+  return started_ > 1 || tick >= known_by_ - shortest_ticks_ ? started_ + 1 : 1;
 }
 
 void WalkingPattern::advance_feet() noexcept {
@@ -150,13 +152,10 @@ void WalkingPattern::advance_feet() noexcept {
   } else if (tick_in_step_ == now.single_ticks) {
     land();
   } else if (tick_in_step_ == now.ticks) {
-    if (known(started_)) {
-      start_step();
-    } else {
-      phase_ = Phase::kSettling;
-      tick_in_step_ = 0;
-    }
+    known(started_) ? void(++started_) : void(phase_ = Phase::kSettling);
+    tick_in_step_ = 0;
   }
+  if (phase_ == Phase::kWalking && pushed_ < needed(tick_in_step_)) closed_ = true;
 }
 
 void WalkingPattern::swing(double share) noexcept {

@@ -3,9 +3,9 @@
 // A step lasts from lift-off to the next lift-off: single support with the ZMP reference on the standing
 // sole's centre, then double support with the reference moving on to the next sole (or, after the last step,
 // to the middle between the feet). Before the first step the weight is shifted, for one
-// window and a double support: the controller needs to see it coming. The preview window ends
-// before the first moment about which a step not yet known could still decide, so what has been shown to the
-// controller never changes.
+// window and a double support: the controller needs to see it coming. When the preview window comes to where
+// the weight goes on to a step or to rest, that step has to be known (`known_after`), so what has been shown
+// to the controller never changes.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,10 @@
 namespace headway::nav {
 
 struct WalkingConfig {
-  /// The window: two of the shortest steps less a double support, 2 * 0.8 s - 0.1 s.
-  PreviewConfig preview{.window = 1.5};
+  /// The window may last two of the shortest steps less a double support, 1.5 s. What it lasts less a step
+  /// may be known later, and the robot rests the sooner; with 0.3 s less the ZMP strays by 10 mm at most,
+  /// not 3.
+  PreviewConfig preview{.window = 1.2};
   double double_support = 0.10;  ///< at the end of each step [s]
   double swing_height = 0.07;    ///< of the foot in mid swing [m]
   double clearance = 0.03;       ///< above what the foot goes over [m]
@@ -30,6 +32,10 @@ struct WalkingConfig {
   /// Standing: the CoM is this near to the middle of the feet [m], and no faster than that [m/s]: 0.3 s after
   /// the longest steps. By then the ZMP is in the middle, and what is left dies out as exp(-3.5 t) by itself.
   double settled_distance = 0.025, settled_speed = 0.0875;
+
+  /// After the lift-off of a step the one two after it has to be known [s]. The second step of a walk, as if
+  /// one of the shortest came before the first.
+  double known_after() const { return 2 * shortest_step - double_support - preview.window; }
 
   /// Throws InputError when a value makes no sense or the window is longer than two steps allow.
   void validate() const;
@@ -75,11 +81,11 @@ class WalkingPattern {
   bool push(const hal::Footstep& step) noexcept;
   /// Starts walking the steps there are; at most once per walk. No effect without steps or unless standing.
   void begin() noexcept;
-  /// No further steps: walk what has been pushed, then rest. A walk also closes by itself when a step starts
-  /// and fewer than two more are known.
+  /// No further steps: walk what has been pushed, then rest. A walk also closes by itself when a step is not
+  /// known that has to be.
   void close() noexcept { closed_ = true; }
-  /// Closes, and forgets what need not be walked: all but the step under way and two more (all, when
-  /// standing).
+  /// Closes, and forgets what need not be walked: all but the step under way and what had to be known by now
+  /// (all, when standing).
   void abort() noexcept;
   /// Opens a new walk; only when standing and nothing waits.
   void reopen() noexcept;
@@ -94,6 +100,8 @@ class WalkingPattern {
   /// Steps of this walk that have started (0: none); the one under way has index started() - 1.
   std::uint32_t started() const noexcept { return started_; }
   std::uint32_t pushed() const noexcept { return pushed_; }
+  /// The walk goes no further without another step: it has not one, or closes within the next period.
+  bool wants_step() const noexcept { return pushed_ < needed(tick_in_step_ + 1); }
   /// Time until the step under way (with its first shift) ends; zero when none is.
   Duration phase_remaining() const noexcept;
   /// Where the feet will stand when all pushed steps have landed.
@@ -114,6 +122,8 @@ class WalkingPattern {
   const Step& step(std::uint32_t index) const noexcept { return ring_[index % kRing]; }
   bool known(std::uint32_t index) const noexcept { return index < pushed_; }
   Eigen::Vector2d middle_after(std::uint32_t index) const noexcept;
+  /// Steps that have to be known when the one under way has come so far.
+  std::uint32_t needed(int tick) const noexcept;
   void plan_stance() noexcept;
   void start_step() noexcept;
   void advance_feet() noexcept;
@@ -143,6 +153,8 @@ class WalkingPattern {
   std::vector<Eigen::Vector2d> window_;
   std::size_t window_ticks_ = 0;
   int shift_ticks_ = 0;  ///< from the order to walk to the first lift-off
+  int known_by_ = 0;     ///< tick of a step at which the one two after it has to be known
+  int shortest_ticks_ = 0;
   std::size_t oldest_ = 0;
   // What is written next at the far end of the window: tick `write_tick_` of step `write_step_`, or rest.
   bool writing_ = false;

@@ -10,8 +10,10 @@
 namespace headway::nav {
 
 constexpr std::uint8_t kSession = 3;
-constexpr Duration kStep = std::chrono::milliseconds(800);
-/// Before the next lift-off a step commits no earlier than this, and no later than that.
+constexpr Duration kStep = std::chrono::milliseconds(800), kShift = std::chrono::milliseconds(1300);
+/// After a lift-off the step two after has to be known.
+constexpr Duration kKnownAfter = std::chrono::milliseconds(300);
+/// Before its deadline a step commits no earlier than this, and no later than that.
 constexpr Duration kWindow = std::chrono::milliseconds(300), kLead = std::chrono::milliseconds(150);
 
 /// Tells steps apart: the n-th step ever planned is n millimetres long.
@@ -39,41 +41,41 @@ inline StepPlan some_plan(std::uint32_t first, int count, bool complete, Time fr
 struct Peer {
   std::uint8_t session = kSession;
   std::uint32_t accepted = 0, started = 0;
-  Time lifted{}, first_accepted{};
+  Time lifted{};  ///< of the step under way; of the first, its weight is shifted before
   bool ended = false, refuses = false, standing = true;
   std::uint8_t rejected = hal::kNoStep;
   hal::StepReject reason = hal::StepReject::kNone;
 
-  void take(Time now, std::uint32_t index) {
+  void take(std::uint32_t index) {
     if (index < accepted) return;  // a repetition
     if (index != accepted || ended || refuses) {
       rejected = static_cast<std::uint8_t>(index % 64);
       reason = ended ? hal::StepReject::kLate : hal::StepReject::kSequence;
       return;
     }
-    if (accepted++ == 0) first_accepted = now;
+    ++accepted;
   }
 
   void run(Time now) {
     if (started == 0) {
-      if (accepted >= 3 || (accepted > 0 && now - first_accepted >= std::chrono::milliseconds(300)))
-        lift(now);
+      if (accepted > 0) lift(now + kShift);
       return;
     }
-    if (standing || now - lifted < kStep) return;
-    if (started < accepted) {
-      lift(now);
-    } else {
-      standing = true;
-    }
+    if (standing) return;
+    if (now - lifted >= kStep) started < accepted ? lift(now) : void(standing = true);
+    // The one under way and two more in time, or this walk has an end.
+    if (accepted < started + 2 && now >= deadline(accepted)) ended = true;
   }
 
-  void lift(Time now) {
+  void lift(Time when) {
     ++started;
-    lifted = now;
+    lifted = when;
     standing = false;
-    // The one that lifts off now and two more, or this walk has an end.
-    if (accepted < started + 2) ended = true;
+  }
+
+  /// By then the step must be there; as long as one is under way.
+  Time deadline(std::uint32_t index) const {
+    return lifted + kKnownAfter + (static_cast<std::int64_t>(index) - (started + 1)) * kStep;
   }
 
   hal::WalkStatus status(Time now) const {
@@ -137,17 +139,17 @@ struct Walking {
       stack.sent(now);
     }
     // One unanswered step after the other, as the driver does it.
-    if (listens && cyclic && peer.accepted < next()) peer.take(now, peer.accepted);
+    if (listens && cyclic && peer.accepted < next()) peer.take(peer.accepted);
     judge_always();
   }
 
   void judge(const hal::NumberedStep& step) {
     if (step.index != next()) complain("indexes are not consecutive");
     if (stopped) complain("a step after a stop");
-    if (step.index > peer.started + 2) complain("committed more than the one under way and two after it");
+    if (step.index > peer.started + 1 || (peer.started == 0 && step.index > 0))
+      complain("committed more than the one under way and two after it");
     if (peer.started > 0) {
-      // The newest that can commit now has its deadline at the next lift-off.
-      const Duration left = peer.lifted + kStep - now;
+      const Duration left = peer.deadline(step.index) - now;
       if (left < kLead) complain("committed too late for its deadline");
       if (left > kWindow + std::chrono::milliseconds(5)) complain("committed before it had to");
     }
@@ -165,7 +167,7 @@ struct Walking {
       stopped = true;
       stopped_at = c.next_index;
     }
-    if (c.next_index > peer.started + 3) complain("too many steps ahead");
+    if (c.next_index > peer.started + 2) complain("too many steps ahead");
     // What the stack says is the chain of the steps it gave out.
     hal::Stance stance = first;
     for (std::uint32_t i = 0; i < c.next_index; ++i) stance = stance.after(committed[i]);
@@ -180,7 +182,7 @@ struct Walking {
     }
     // While it goes on, the peer never runs dry of the two steps it needs to come to rest.
     if (!c.stopping && peer.ended && answers && peer.started > 0 &&
-        now - peer.lifted > std::chrono::milliseconds(40) &&
+        now - peer.deadline(peer.accepted) > std::chrono::milliseconds(40) &&
         now - heard.stamp <= std::chrono::milliseconds(20)) {
       complain("the peer ends the walk and the stack does not know");
     }

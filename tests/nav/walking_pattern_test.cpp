@@ -46,9 +46,7 @@ std::vector<Footstep> random_steps(int count) {
 enum class Feed { kEarly, kJustInTime };
 
 bool wants_step(const WalkingPattern& pattern, Feed feed) {
-  if (feed == Feed::kEarly) return pattern.queue_free() > 0;
-  if (pattern.started() == 0) return pattern.pushed() < 3;
-  return pattern.phase_remaining() <= seconds(kPeriod) && pattern.pushed() < pattern.started() + 3;
+  return feed == Feed::kEarly ? pattern.queue_free() > 0 : pattern.wants_step();
 }
 
 /// Feeds steps and ticks until the robot stands again.
@@ -181,20 +179,25 @@ RC_GTEST_PROP(WalkingPattern, ClearsWhatItStepsOverWhileTheSoleIsOnItsWay, ()) {
       RC_ASSERT(std::abs(samples[i].at(f).z - samples[i - 1].at(f).z) < 1.5 * kPeriod);
 }
 
-TEST(WalkingPattern, ClosesWhenAStepStartsAndFewerThanTwoMoreAreKnown) {
-  WalkingPattern pattern({}, hal::Stance::parallel({}, 0.19));
-  const auto step = [](Foot f) { return Footstep{f, {0.1, f == Foot::kLeft ? 0.19 : -0.19, 0}}; };
-  for (const Foot f : {Foot::kLeft, Foot::kRight, Foot::kLeft}) ASSERT_TRUE(pattern.push(step(f)));
-  pattern.begin();
-  EXPECT_FALSE(pattern.closed());
-  while (pattern.started() == 1) {
-    EXPECT_FALSE(pattern.closed());
-    pattern.tick();
+TEST(WalkingPattern, ClosesWhenAStepIsNotKnownThatHasToBe) {
+  const WalkingConfig config;
+  const auto step = [](std::uint32_t i) {
+    return Footstep{i % 2 == 0 ? Foot::kLeft : Foot::kRight, {0.1, i % 2 == 0 ? 0.19 : -0.19, 0}};
+  };
+  const double shift = config.preview.window + config.double_support;
+  for (std::uint32_t count = 1; count < 6; ++count) {
+    WalkingPattern pattern(config, hal::Stance::parallel({}, 0.19));
+    for (std::uint32_t i = 0; i < count; ++i) ASSERT_TRUE(pattern.push(step(i)));
+    pattern.begin();
+    // 0.3 s after the lift-off of the step two before; of the second step, as if there were one.
+    const double until = shift + 0.8 * (static_cast<double>(count) - 2) + 0.3;
+    int ticks = 0;
+    for (; !pattern.closed(); ++ticks) pattern.tick();
+    EXPECT_NEAR(ticks * kPeriod, until, 1e-9);
+    EXPECT_FALSE(pattern.push(step(count)));
+    while (pattern.phase() != Phase::kStanding) pattern.tick();
+    EXPECT_EQ(pattern.sample().landed, count);
   }
-  EXPECT_TRUE(pattern.closed());
-  EXPECT_FALSE(pattern.push(step(Foot::kRight)));
-  while (pattern.phase() != Phase::kStanding) pattern.tick();
-  EXPECT_EQ(pattern.sample().landed, 3U);
 }
 
 RC_GTEST_PROP(WalkingPattern, RestsSoonAfterAnAbortAtAnyTime, ()) {
@@ -208,7 +211,6 @@ RC_GTEST_PROP(WalkingPattern, RestsSoonAfterAnAbortAtAnyTime, ()) {
     pattern.begin();
     pattern.tick();
   }
-  const bool shifting = pattern.phase_remaining() > seconds(0.8);
   const auto started = pattern.started();
   pattern.abort();
   int ticks = 0;
@@ -217,7 +219,7 @@ RC_GTEST_PROP(WalkingPattern, RestsSoonAfterAnAbortAtAnyTime, ()) {
     const WalkingSample& s = pattern.sample();
     RC_ASSERT((s.zmp - s.zmp_reference).norm() < 0.012);
   }
-  RC_ASSERT(ticks * kPeriod <= 2.7 + (shifting ? 1.6 : 0) + 1e-9);
+  RC_ASSERT(ticks * kPeriod <= 2.7 + 1e-9);
   RC_ASSERT(pattern.sample().landed <= started + 2);
   const hal::Stance feet{pattern.sample().left.pose, pattern.sample().right.pose};
   RC_ASSERT((feet.base().position() - pattern.planned_stance().base().position()).norm() == 0);
@@ -264,7 +266,7 @@ TEST(WalkingPattern, SettlesWithinThreeTenthsOfASecond) {
     const WalkingSample& s = pattern.sample();
     const Vector2d middle = (s.left.pose.position() + s.right.pose.position()) / 2;
     ASSERT_LE((capture_point(s) - middle).norm(), 0.002) << "what still moves needs no step to come to rest";
-    ASSERT_LE((s.zmp - middle).norm(), 0.002);
+    ASSERT_LE((s.zmp - middle).norm(), 0.0025);
   }
   EXPECT_LE(most * kPeriod, 0.3);
   EXPECT_GE(most * kPeriod, 0.2) << "or there was nothing to settle";

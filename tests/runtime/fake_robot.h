@@ -43,8 +43,8 @@ class FakeHead final : public hal::Head {
   hal::HeadState state_;
 };
 
-/// A control computer that takes 0.8 s for each step, accepts it unless told to refuse, and has its chest one
-/// metre above the place between the feet that landed last.
+/// A control computer that shifts its weight for 1.3 s, takes 0.8 s for each step, accepts it unless told to
+/// refuse, and has its chest one metre above the place between the feet that landed last.
 class FakeWalker final : public hal::Walker {
  public:
   void receive(const hal::CanFrame&) noexcept override {}
@@ -121,8 +121,8 @@ class FakeWalker final : public hal::Walker {
   }
   void begin_step(Time now) {
     status_.state = hal::WalkState::kWalking;
+    ends_ = now + seconds(started_ == 0 ? 1.3 + 0.8 : 0.8);
     status_.executing = static_cast<std::uint8_t>(started_++ % 64);
-    ends_ = now + seconds(0.8);
   }
   hal::WalkStatus status_, heard_;
   hal::ChestSample chest_{{}, Pose2{}.lifted(1.0)}, heard_chest_{chest_};

@@ -126,7 +126,7 @@ const std::vector<Loss>& losses() {
 /// In the middle of a walk.
 std::unique_ptr<Bench> under_way(Duration later) {
   auto bench = std::make_unique<Bench>();
-  bench->run(seconds(2.5) + later);
+  bench->run(seconds(3.8) + later);
   EXPECT_EQ(bench->safety().state, SafetyState::kActive) << describe(bench->safety());
   EXPECT_FALSE(bench->rests());
   return bench;

@@ -319,20 +319,6 @@ TEST(SimRobot, FinishesTheStepsUnderWayWhenItsControlComputerBeginsAnew) {
   EXPECT_EQ(bench.master.status.seq_executing, bus::WalkStatus::kSeqExecutingNone);
 }
 
-TEST(SimRobot, BeginsNoWalkOfWhichItsControlComputerHasForgotten) {
-  RobotConfig config;
-  config.faults = {{.kind = FaultKind::kRestartControl, .begin = seconds(0.4), .length = seconds(1)}};
-  config.control.first_wait = seconds(2);
-  RobotBench bench(config);
-  bench.session = 1;
-  bench.steps = forward_steps(2);
-  bench.run(0.39);
-  ASSERT_EQ(bench.robot.control().pattern().pushed(), 2U);
-  bench.session = 0;
-  bench.run(6);
-  EXPECT_EQ(bench.robot.path_walked(), 0);
-}
-
 TEST(SimRobot, RefusesEveryStepWhenItsPlanSaysSo) {
   RobotConfig config;
   config.faults = {{.kind = FaultKind::kRejectingControl, .length = seconds(3)}};
