@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kFarthest = 500;  // of a goal, along each axis [m]
 constexpr std::size_t kMostGoals = 50;
-constexpr std::size_t kMostWalks = 3;  // that are weighed for the next view
+constexpr Duration kStatusTakes = seconds(2);  // until it surely tells of a goal that was sent
+constexpr std::size_t kMostWalks = 3;          // that are weighed for the next view
 
 /// A key that is none of these is more likely a mistake than nothing.
 void require_keys(const Json& body, std::initializer_list<std::string_view> known) {
@@ -125,7 +126,6 @@ void OperatorDesk::see(const runtime::FrameSnapshot& snapshot) {
 const std::map<std::string_view, OperatorDesk::Service>& OperatorDesk::services() {
   static const std::map<std::string_view, Service> all{
       {"lease", &OperatorDesk::lease},
-      {"stop", &OperatorDesk::stop},
       {"plan_preview", &OperatorDesk::plan_preview},
       {"plan_confirm", &OperatorDesk::plan_confirm},
       {"forget_plan", &OperatorDesk::forget_plan},
@@ -147,6 +147,10 @@ std::string OperatorDesk::answer(std::uint64_t client, std::string_view service,
   const auto said = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
+  if (service == "stop") {  // whatever else it says
+    stop();
+    return said(Json{{"ok", true}});
+  }
   try {
     const auto found = services().find(service);
     if (found == services().end()) throw InputError(fmt::format("{}: no such service", service));
@@ -160,9 +164,13 @@ std::string OperatorDesk::answer(std::uint64_t client, std::string_view service,
   }
 }
 
+/// Who gives control up leaves nothing behind that the next one would take over unseen.
 Json OperatorDesk::lease(std::uint64_t, const Json& body, const LiveStatus&, Time now) {
-  const auto number_of = static_cast<std::uint32_t>(number(body, "lease", 0, 4294967295.0));
-  line_.hold(flag(body, "held") ? number_of : 0, now);
+  const auto whole = [&](const char* key) {
+    return static_cast<std::uint32_t>(number(body, key, 0, 4294967295.0));
+  };
+  if (std::exchange(released_, whole("released")) != whole("released")) stop();
+  line_.hold(whole("lease"), now - Duration(body.at("age_ns").get<Duration::rep>()));
   return Json::object();
 }
 
@@ -173,12 +181,10 @@ void OperatorDesk::forget_intentions() {
   if (show_) show_({});
 }
 
-Json OperatorDesk::stop(std::uint64_t, const Json& body, const LiveStatus&, Time) {
-  require_keys(body, {});
+void OperatorDesk::stop() {
+  line_.stay();
   plans_.clear();
   forget_intentions();
-  line_.stay();
-  return Json::object();
 }
 
 void OperatorDesk::require_in_use(const nav::Goal& goal) const {
@@ -333,7 +339,7 @@ Json OperatorDesk::plan_confirm(std::uint64_t client, const Json& body, const Li
   if (plan.look) {
     line_.look({.around = false, .head = *plan.look});
   } else {
-    send(plan.goals.front());
+    send(plan.goals.front(), now);
     plan.goals.pop_front();
   }
   forget_intentions();
@@ -342,23 +348,24 @@ Json OperatorDesk::plan_confirm(std::uint64_t client, const Json& body, const Li
   return Json::object();
 }
 
-void OperatorDesk::send(const nav::Goal& goal) {
+void OperatorDesk::send(const nav::Goal& goal, Time now) {
   line_.go(goal);
-  sent_ = goal;
+  sent_ = Sent{goal, now, line_.safety().stops};
 }
 
 Json OperatorDesk::pause(std::uint64_t, const Json& body, const LiveStatus& status, Time) {
   require_keys(body, {});
   if (!walks(status)) throw InputError("nothing is walked that could be paused");
-  paused_ = status.goal;
   line_.stay();
+  paused_ = status.goal;
+  pause_seen_ = false;
   return Json::object();
 }
 
-Json OperatorDesk::resume(std::uint64_t, const Json& body, const LiveStatus&, Time) {
+Json OperatorDesk::resume(std::uint64_t, const Json& body, const LiveStatus&, Time now) {
   require_keys(body, {});
   if (!paused_) throw InputError("nothing is paused");
-  send(*paused_);
+  send(*paused_, now);
   paused_.reset();
   return Json::object();
 }
@@ -396,14 +403,24 @@ Json OperatorDesk::reset(std::uint64_t, const Json& body, const LiveStatus&, Tim
   return Json::object();
 }
 
-/// A goal of the list was reached: the next one. Whatever else ended the walk ends the list.
-void OperatorDesk::attend(const LiveStatus& status, Time) {
-  const bool of_the_goal_sent = sent_ && status.goal && status.goal->position == sent_->position;
-  if (tour_.empty() || paused_ || !of_the_goal_sent) return;
-  if (status.state == runtime::MissionState::kStopped) tour_.clear();
-  if (status.state != runtime::MissionState::kArrived) return;
+/// A pause ends when somebody else has sent the robot on. A goal of the list was reached: the next one;
+/// whatever else ended the walk ends the list.
+void OperatorDesk::attend(const LiveStatus& status, Time now) {
+  if (paused_) {
+    pause_seen_ = pause_seen_ || !walks(status);
+    if (pause_seen_ && walks(status)) forget_intentions();
+    return;
+  }
+  if (tour_.empty() || !sent_) return;
+  if (line_.safety().stops != sent_->stops) return tour_.clear();
+  if (!status.goal || status.goal->position != sent_->goal.position) return;
+  sent_->under_way = sent_->under_way || walks(status);
+  // The status may be of before that goal was sent.
+  const bool may_be_old = !sent_->under_way && now - sent_->at < kStatusTakes;
+  if (status.state == runtime::MissionState::kStopped && !may_be_old) tour_.clear();
+  if (status.state != runtime::MissionState::kArrived || may_be_old) return;
   try {
-    send(tour_.front());
+    send(tour_.front(), now);
     tour_.pop_front();
   } catch (const std::exception&) {
     tour_.clear();

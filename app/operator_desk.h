@@ -67,8 +67,8 @@ class OperatorDesk {
   using Service = Json (OperatorDesk::*)(std::uint64_t, const Json&, const LiveStatus&, Time);
   static const std::map<std::string_view, Service>& services();
 
+  void stop();
   Json lease(std::uint64_t, const Json&, const LiveStatus&, Time);
-  Json stop(std::uint64_t, const Json&, const LiveStatus&, Time);
   Json plan_preview(std::uint64_t, const Json&, const LiveStatus&, Time);
   Json forget_plan(std::uint64_t, const Json&, const LiveStatus&, Time);
   Json plan_confirm(std::uint64_t, const Json&, const LiveStatus&, Time);
@@ -84,7 +84,7 @@ class OperatorDesk {
 
   const Ground& ground();
   runtime::Way way_to(const nav::Goal& goal);
-  void send(const nav::Goal& goal);
+  void send(const nav::Goal& goal, Time now);
   void require_in_use(const nav::Goal& goal) const;
   /// The way to the first of the goals as it is shown, under a number by which it may be confirmed.
   Json show_plan(std::uint64_t client, std::deque<nav::Goal> goals, Time now);
@@ -107,9 +107,18 @@ class OperatorDesk {
   hal::NewestSlot<Ground> ground_;
   std::map<std::uint64_t, Plan> plans_;  ///< the newest of each client
   std::uint32_t last_plan_ = 0;
-  std::optional<nav::Goal> sent_;  ///< the newest that was confirmed
-  std::deque<nav::Goal> tour_;     ///< goals still to come
+  /// The newest goal that the robot was sent to.
+  struct Sent {
+    nav::Goal goal;
+    Time at{};
+    std::uint32_t stops = 0;  ///< of the robot by then: another one ends the list as well
+    bool under_way = false;   ///< it was seen walking there
+  };
+  std::optional<Sent> sent_;
+  std::deque<nav::Goal> tour_;  ///< goals still to come
   std::optional<nav::Goal> paused_;
+  bool pause_seen_ = false;     ///< it no longer walks
+  std::uint32_t released_ = 0;  ///< times that control was given up
   bool exploring_ = false, recording_ = false;
   std::function<void(const std::vector<Pose2>&)> show_;
   std::function<void(bool)> record_;

@@ -58,6 +58,7 @@ void add_serve_options(CLI::App& command, ServeOptions& options) {
 OperatorPage::OperatorPage(const ServeOptions& options, const Robot& robot, const nav::FloorGrid& grid,
                            const Pose2& home, runtime::OperatorLine& line, const hal::Clock& clock)
     : line_(line),
+      clock_(clock),
       head_(robot.mission.head),
       desk_(robot, grid, home, line),
       telemetry_(telemetry_config(robot)),
@@ -79,11 +80,14 @@ void OperatorPage::serve(const LiveStatus& status, const Beside& beside, Time no
     return desk_.answer(ask.client, ask.service, ask.body, status, now);
   });
   desk_.attend(status, now);
-  if (now - told_at_ >= kTellEvery || now < told_at_) tell(status, beside, now);
+  // By the clock that does not stand still when a recording does.
+  const Time clock = clock_.now();
+  if (clock - told_at_ < kTellEvery) return;
+  told_at_ = clock;
+  tell(status, beside, now);
 }
 
 void OperatorPage::tell(const LiveStatus& status, const Beside& beside, Time now) {
-  told_at_ = now;
   const runtime::SafetyReport& safety = line_.safety();
   remote::OperatorStatus& out = status_;
   out.stamp_ns = now.time_since_epoch().count();
@@ -115,7 +119,7 @@ void OperatorPage::tell(const LiveStatus& status, const Beside& beside, Time now
   out.see_ms = milliseconds(status.times.see), out.map_ms = milliseconds(status.times.map);
   out.floor_ms = milliseconds(status.times.floor), out.plan_ms = milliseconds(status.times.plan);
   const std::int64_t exposure = exposure_ns_;
-  out.frame_age_ms = exposure == 0 ? 0 : 1e-6 * static_cast<double>(out.stamp_ns - exposure);
+  out.frame_age_ms = exposure == 0 ? -1 : 1e-6 * static_cast<double>(out.stamp_ns - exposure);
   out.bus_cycles = beside.bus_cycles, out.bus_missed = beside.bus_missed;
   out.bus_wake_max_us = 1e6 * to_seconds(beside.bus_wake_max);
   out.plans = static_cast<std::uint32_t>(status.mission.plans);

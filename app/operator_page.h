@@ -70,6 +70,7 @@ class OperatorPage {
   void tell(const LiveStatus& status, const Beside& beside, Time now);
 
   runtime::OperatorLine& line_;
+  const hal::Clock& clock_;
   hal::HeadLimits head_;
   OperatorDesk desk_;
   remote::Telemetry telemetry_;

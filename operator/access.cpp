@@ -98,15 +98,15 @@ Access::Login Access::log_in(std::string_view token, Time now) {
   using Outcome = Login::Outcome;
   if (!tokens_) return {Outcome::kIn, ""};
   if (now - failed_at_ > kForgiven) failures_ = std::max(0, failures_ - 1);
-  if (failures_ >= kMostFailures) return {Outcome::kTooOften, ""};
-  // Both are compared, whatever the first one says.
+  // Both are compared, whatever the first one says. The right one is let in however many wrong ones others
+  // have tried, or anybody could lock everybody out.
   const bool operates = same_secret(token, tokens_->operate), views = same_secret(token, tokens_->view);
   if (!operates && !views) {
+    if (failures_ >= kMostFailures) return {Outcome::kTooOften, ""};
     ++failures_;
     failed_at_ = now;
     return {Outcome::kWrong, ""};
   }
-  failures_ = 0;
   if (sessions_.size() >= kMostSessions) sessions_.erase(sessions_.begin());
   sessions_.emplace_back(random_token(), operates ? Role::kOperator : Role::kViewer);
   return {Outcome::kIn, fmt::format("{}={}", kCookie, sessions_.back().first)};

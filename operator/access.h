@@ -28,7 +28,7 @@ Tokens tokens_in(const std::filesystem::path& file);
 
 class Access {
  public:
-  static constexpr int kMostFailures = 5;             ///< until tokens are not even looked at any more
+  static constexpr int kMostFailures = 5;             ///< until it is said that there were too many
   static constexpr Duration kForgiven = seconds(10);  ///< after so long one more may be tried
   static constexpr std::size_t kMostSessions = 64;    ///< the oldest make room
   static constexpr const char* kCookie = "headway_session";

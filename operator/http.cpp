@@ -56,7 +56,21 @@ Response page_file(const Request& request, const PageFile& file) {
   return response;
 }
 
+std::string_view path_of(const Request& request) {
+  const std::string_view target = view(request.target());
+  return target.substr(0, target.find('?'));
+}
+
+auto page_file_at(std::string_view path, std::span<const PageFile> page) {
+  return std::ranges::find(page, path == "/" ? "/index.html" : path, &PageFile::path);
+}
+
 }  // namespace
+
+bool is_open_to_all(const Request& request, std::span<const PageFile> page) {
+  const std::string_view path = path_of(request);
+  return path == "/" || path == "/healthz" || page_file_at(path, page) != page.end();
+}
 
 Response respond(const Request& request, http::status status, std::string body, std::string_view mime) {
   Response response{status, request.version()};
@@ -81,17 +95,15 @@ Response get(const Request& request, std::span<const PageFile> page, Source& sou
     refused.set(http::field::allow, "GET, HEAD");
     return refused;
   }
-  const std::string_view target = view(request.target());
-  const std::string_view path = target.substr(0, target.find('?'));
-  const std::string_view wanted = path == "/" ? "/index.html" : path;
-  const auto file = std::ranges::find(page, wanted, &PageFile::path);
+  const std::string_view path = path_of(request);
+  const auto file = page_file_at(path, page);
   if (file != page.end()) return page_file(request, *file);
   if (path == "/") return respond(request, http::status::ok, "Headway was built without its page.\n");
   if (path == "/healthz") return respond(request, http::status::ok, "ok\n");
   if (path == "/metrics")
     return respond(request, http::status::ok, source.metrics(), "text/plain; version=0.0.4; charset=utf-8");
   for (const std::string name : {"map.pgm", "map.yaml", "map.bt"})
-    if (path.substr(1) == name) {
+    if (path == "/" + name) {
       const auto content = source.file(name);
       if (!content) return respond(request, http::status::not_found, name + ": there is none yet\n");
       return respond(request, http::status::ok, *content,

@@ -17,6 +17,9 @@ using Response = boost::beast::http::response<boost::beast::http::string_body>;
 Response respond(const Request& request, boost::beast::http::status status, std::string body,
                  std::string_view mime = "text/plain; charset=utf-8");
 
+/// Files of the page and whether the server is alive; all else is for those who were let in.
+bool is_open_to_all(const Request& request, std::span<const PageFile> page);
+
 /// A file of the page, or what the source holds; 404 for all else, 405 for methods that change something.
 Response get(const Request& request, std::span<const PageFile> page, Source& source);
 

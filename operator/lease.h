@@ -20,10 +20,12 @@ class Lease {
     std::uint32_t number = 0;
   };
 
-  /// The number of the new lease; nothing while another holds one.
+  /// The number of the lease; nothing while another holds one. Who holds one already has it as it is: only
+  /// who sees the robot renews it.
   std::optional<std::uint32_t> take(std::uint64_t client, const std::string& name, Time now) {
     expire(now);
-    if (holder_.client != 0 && holder_.client != client) return std::nullopt;
+    if (holds(client)) return holder_.number;
+    if (holder_.client != 0) return std::nullopt;
     holder_ = {client, name, ++last_};
     renewed_ = now;
     return last_;

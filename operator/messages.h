@@ -175,7 +175,7 @@ struct OperatorStatus {
   std::string head, control_computer, frame_level;
   std::uint64_t frames = 0, frames_lost = 0, frames_no_pose = 0, frames_unusable = 0, frames_late = 0;
   double see_ms = 0, map_ms = 0, floor_ms = 0, plan_ms = 0;
-  double frame_age_ms = 0;  ///< of the newest frame when this was written
+  double frame_age_ms = -1;  ///< of the newest frame when this was written; negative before the first
   std::uint64_t bus_cycles = 0, bus_missed = 0;
   double bus_wake_max_us = 0, bus_load = 0;  ///< the load: 0 to 1; 0 where it is not known
   std::uint32_t plans = 0, replans = 0;

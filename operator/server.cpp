@@ -37,11 +37,29 @@ constexpr auto kPatience = std::chrono::seconds(5);    // with who sends a reque
 constexpr auto kWrongToken = std::chrono::milliseconds(300);
 constexpr std::size_t kLongestHead = 8 * 1024, kLongestBody = 4 * 1024, kMostConnections = 24;
 constexpr std::ptrdiff_t kMostPending = 8;  // calls of one viewer; twice as many with stops
+constexpr int kMostAtOnce = 2;              // asks that serve() answers in one call, besides what cannot wait
 constexpr Duration kAnswered = seconds(2);  // by the main loop, else it is busy
 
 std::string view(beast::string_view text) { return {text.data(), text.size()}; }
 
-std::string refusal(const std::string& why) { return Json{{"ok", false}, {"error", why}}.dump(); }
+std::string refusal(const std::string& why) {
+  return Json{{"ok", false}, {"error", why}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// At most so many bytes, and no part of a UTF-8 character at the end.
+std::string cut(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0U) == 0x80U) --most;
+  text.resize(most);
+  return text;
+}
+
+std::vector<std::string> names_of(const ServerConfig& config) {
+  std::vector<std::string> names = config.names;
+  beast::error_code fault;
+  if (const std::string own = asio::ip::host_name(fault); !fault) names.push_back(own);
+  return names;
+}
 
 asio::ip::address address_of(const ServerConfig& config) {
   beast::error_code fault;
@@ -59,6 +77,7 @@ class Server::Room {
       : config_(config),
         source_(source),
         clock_(clock),
+        names_(names_of(config)),
         access_(tokens(config)),
         session_(random_token().substr(0, 16)),
         acceptor_(io_),
@@ -68,7 +87,10 @@ class Server::Room {
   }
 
   void serve(const std::function<std::string(const Ask&)>& answer) {
-    for (Ask ask; asks_.pop(ask);) answers_.push({ask.number, answer(ask)});
+    if (lease_word_.update()) answer(ask_of(lease_word_.value()));
+    for (Ask ask; stops_.pop(ask);) answers_.push({ask.number, answer(ask)});
+    Ask ask;
+    for (int n = 0; n < kMostAtOnce && asks_.pop(ask); ++n) answers_.push({ask.number, answer(ask)});
   }
   std::uint16_t port() const { return port_; }
   std::string address_to_open() const {
@@ -90,6 +112,17 @@ class Server::Room {
     std::uint64_t number = 0;
     std::string json;
   };
+  /// What the main loop has to know of who has control.
+  struct LeaseWord {
+    std::uint32_t number = 0;    ///< 0: nobody
+    std::uint32_t released = 0;  ///< times that control was given up, or ran out
+    Time at{};                   ///< when the holder was heard
+  };
+  Ask ask_of(const LeaseWord& word) const {
+    const Duration age = clock_.now() - word.at;
+    return {0, "", "lease",
+            Json{{"lease", word.number}, {"released", word.released}, {"age_ns", age.count()}}.dump(), 0};
+  }
   struct Pending {
     std::weak_ptr<Viewer> viewer;
     foxglove::Call call;
@@ -109,18 +142,21 @@ class Server::Room {
   Response answer(const Request& request);
   Response log_in(const Request& request);
   std::optional<Response> refused(const Request& request);
+  std::optional<Response> refused_upgrade(const Request& request);
   void upgrade(beast::tcp_stream stream, const Request& request);
   void call(Viewer& viewer, const foxglove::Call& call);
   std::optional<std::string> answered_here(Viewer& viewer, std::string_view service, const Json& body);
   std::string take_control(Viewer& viewer, const Json& body);
   std::string renew(Viewer& viewer, const Json& body);
   void pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service);
-  void tell_lease(std::uint32_t number, bool held);
+  void expire_lease();
+  void tell_lease();
 
   ServerConfig config_;
   Source& source_;
   const hal::Clock& clock_;
   std::optional<Tokens> tokens_;
+  const std::vector<std::string> names_;
   Access access_;
   std::string session_;
   asio::io_context io_{1};
@@ -133,7 +169,10 @@ class Server::Room {
   Lease lease_;
   std::deque<std::pair<std::uint32_t, Time>> statuses_;  ///< numbers of the newest, and since when they are
   std::map<std::uint64_t, Pending> pending_;
+  hal::BoundedQueue<Ask, 64> stops_;
   hal::BoundedQueue<Ask, 256> asks_;
+  hal::NewestSlot<LeaseWord> lease_word_;
+  std::uint32_t released_ = 0;
   hal::BoundedQueue<Answer, 256> answers_;
   hal::NewestSlot<Lease::Holder> holder_;
   std::uint64_t gone_messages_ = 0, gone_dropped_ = 0;
@@ -167,8 +206,10 @@ class Server::Room::Connection : public std::enable_shared_from_this<Connection>
  private:
   void handle() {
     const Request request = parser_->release();
-    if (boost::beast::websocket::is_upgrade(request) && !room_.refused(request))
-      return room_.upgrade(std::move(stream_), request);
+    if (boost::beast::websocket::is_upgrade(request) && !room_.refused(request)) {
+      auto no = room_.refused_upgrade(request);
+      return no ? write(*std::move(no)) : room_.upgrade(std::move(stream_), request);
+    }
     Response response = room_.answer(request);
     if (response.result() != http::status::unauthorized || request.method() != http::verb::post)
       return write(std::move(response));
@@ -239,6 +280,8 @@ void Server::Room::accept_next() {
 
 void Server::Room::look_around(const std::atomic<bool>& stop) {
   if (stop) return io_.stop();
+  timer_.expires_after(kLook);
+  timer_.async_wait([this, &stop](beast::error_code) { look_around(stop); });
   Wanted wanted{};
   for (const auto& [number, viewer] : viewers_) viewer->want(wanted);
   try {
@@ -248,7 +291,7 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   }
   note_status();
   deliver_answers();
-  if (lease_.expire(clock_.now())) tell_lease(0, false);
+  expire_lease();
   std::uint64_t messages = gone_messages_, dropped = gone_dropped_;
   for (const auto& [number, viewer] : std::map(viewers_)) {
     viewer->send_news(source_);
@@ -258,8 +301,6 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   clients_ = static_cast<std::uint32_t>(viewers_.size());
   messages_ = messages;
   dropped_ = dropped;
-  timer_.expires_after(kLook);
-  timer_.async_wait([this, &stop](beast::error_code) { look_around(stop); });
 }
 
 /// When each of the newest statuses came: who renews says which of them he saw last.
@@ -273,7 +314,7 @@ void Server::Room::note_status() {
 
 std::optional<Response> Server::Room::refused(const Request& request) {
   const std::string host = view(request[http::field::host]), origin = view(request[http::field::origin]);
-  if (!is_our_host(host, config_.address, config_.names))
+  if (!is_our_host(host, config_.address, names_))
     return respond(request, http::status::misdirected_request,
                    "this server is not known by that name; open it by its address\n");
   if (!origin.empty() && !is_our_origin(origin, host))
@@ -292,8 +333,7 @@ Response Server::Room::answer(const Request& request) {
     return respond(request, http::status::ok,
                    Json{{"role", name(role)}, {"token_needed", access_.needs_token()}}.dump(),
                    "application/json");
-  const bool open = request.target() == "/healthz" || !view(request.target()).starts_with("/m");
-  if (role == Role::kNone && !open)
+  if (role == Role::kNone && !is_open_to_all(request, config_.page))
     return respond(request, http::status::unauthorized, "open the page with its token first\n");
   if (request.target() == "/ws")
     return respond(request, http::status::upgrade_required, "expected a WebSocket\n");
@@ -322,15 +362,12 @@ Response Server::Room::log_in(const Request& request) {
   return in;
 }
 
-void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
+std::optional<Response> Server::Room::refused_upgrade(const Request& request) {
   const auto turn_away = [&](http::status status, const std::string& why) {
     ++refused_;
-    beast::error_code ignored;
     Response no = respond(request, status, why);
     no.keep_alive(false);
-    no.prepare_payload();
-    http::write(stream, no, ignored);
-    stream.close();
+    return no;
   };
   const Role role = access_.role_of(view(request[http::field::cookie]));
   if (request.target() != "/ws") return turn_away(http::status::not_found, "expected /ws\n");
@@ -344,6 +381,12 @@ void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
   if (viewers_.size() >= config_.most_clients)
     return turn_away(http::status::service_unavailable,
                      fmt::format("{} viewers are connected already; close one\n", config_.most_clients));
+  return std::nullopt;
+}
+
+/// One that is not refused.
+void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
+  const Role role = access_.role_of(view(request[http::field::cookie]));
   const std::uint64_t number = ++last_viewer_;
   const auto viewer = std::make_shared<Viewer>(
       std::move(stream), number, role,
@@ -380,7 +423,8 @@ std::optional<std::string> Server::Room::answered_here(Viewer& viewer, std::stri
   if (service == "renew") return renew(viewer, body);
   if (service != "release_control") return std::nullopt;
   if (!lease_.release(viewer.number())) return refusal("you do not have control");
-  tell_lease(0, false);
+  ++released_;
+  tell_lease();
   return Json{{"ok", true}}.dump();
 }
 
@@ -389,10 +433,12 @@ std::string Server::Room::take_control(Viewer& viewer, const Json& body) {
   const auto name = body.find("name");
   std::string text = name != body.end() && name->is_string() ? name->get<std::string>() : "";
   if (text.empty()) text = fmt::format("operator {}", viewer.number());
-  if (text.size() > kLongestName) text.resize(kLongestName);
-  const auto number = lease_.take(viewer.number(), text, clock_.now());
+  viewer.name = cut(std::move(text), kLongestName);
+  expire_lease();
+  const bool had = lease_.holds(viewer.number());
+  const auto number = lease_.take(viewer.number(), viewer.name, clock_.now());
   if (!number) return refusal(lease_.holder().name + " has control");
-  tell_lease(*number, true);
+  if (!had) tell_lease();
   return Json{{"ok", true}, {"lease", *number}}.dump();
 }
 
@@ -400,32 +446,46 @@ std::string Server::Room::renew(Viewer& viewer, const Json& body) {
   const auto number = [&](const char* key) -> std::optional<std::uint32_t> {
     const auto found = body.find(key);
     if (found == body.end() || !found->is_number_unsigned()) return std::nullopt;
-    return found->get<std::uint32_t>();
+    const auto value = found->get<std::uint64_t>();
+    return value <= 0xFFFFFFFFU ? std::optional(static_cast<std::uint32_t>(value)) : std::nullopt;
   };
   const auto lease = number("lease"), state = number("state");
-  if (!lease || !state) return refusal("expected lease and state, each a whole number");
+  if (!lease || !state) return refusal("expected lease and state, each a whole number below 2^32");
+  expire_lease();
+  if (!lease_.holds(viewer.number())) return refusal("you do not have control");
+  if (statuses_.empty() || *state > statuses_.back().first)
+    return refusal("state: there was no such status yet");
   Time seen = clock_.now() - 2 * Lease::kFreshState;
   for (const auto& [status, since] : statuses_)
     if (status <= *state) seen = since;
   if (!lease_.renew(viewer.number(), *lease, seen, clock_.now()))
-    return refusal(lease_.holds(viewer.number()) ? "what you see is too old" : "you do not have control");
-  tell_lease(*lease, true);
+    return refusal(*lease == lease_.holder().number ? "what you see is too old"
+                                                    : "lease: is an earlier one's; take control again");
+  tell_lease();
   return Json{{"ok", true}}.dump();
 }
 
+void Server::Room::expire_lease() {
+  if (!lease_.expire(clock_.now())) return;
+  ++released_;
+  tell_lease();
+}
+
 /// To the main loop, which passes it on to the robot. Nobody waits for an answer.
-void Server::Room::tell_lease(std::uint32_t number, bool held) {
+void Server::Room::tell_lease() {
   holder_.publish(lease_.holder());
-  asks_.push({0, "", "lease", Json{{"lease", number}, {"held", held}}.dump(), ++last_ask_});
+  lease_word_.publish({lease_.holder().number, released_, clock_.now()});
 }
 
 void Server::Room::pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service) {
   const auto waits = std::ranges::count_if(
       pending_, [&](const auto& pending) { return pending.second.viewer.lock().get() == &viewer; });
-  const std::ptrdiff_t most = service == "stop" ? 2 * kMostPending : kMostPending;
-  if (waits >= most) return viewer.respond(call, refusal("too much is asked at once; wait a moment"));
+  const bool stop = service == "stop";  // overtakes all else
+  if (waits >= (stop ? 2 * kMostPending : kMostPending))
+    return viewer.respond(call, refusal("too much is asked at once; wait a moment"));
   const std::uint64_t number = ++last_ask_;
-  if (!asks_.push({viewer.number(), viewer.name, service, call.body, number}))
+  Ask ask{viewer.number(), viewer.name, service, call.body, number};
+  if (!(stop ? stops_.push(std::move(ask)) : asks_.push(std::move(ask))))
     return viewer.respond(call, refusal("too much is asked at once; wait a moment"));
   pending_[number] = {viewer.weak_from_this(), call, clock_.now() + kAnswered};
 }

@@ -51,7 +51,9 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// In the main loop's thread, often: answers all that clients have asked since, each with a JSON object.
-  /// Never waits. "lease" with {"lease": n, "held": bool} comes from the server itself.
+  /// Never waits. Stops come first, and of the rest a few with each call. "lease" comes from the server
+  /// itself, {"lease": n (0: nobody's), "released": times that one was given up, "age_ns": since it was
+  /// heard}.
   void serve(const std::function<std::string(const Ask&)>& answer);
 
   std::uint16_t port() const;

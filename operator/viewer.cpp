@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include <boost/asio/buffer.hpp>
@@ -74,7 +75,11 @@ void Viewer::end() {
 void Viewer::listen() {
   socket_.async_read(heard_, [self = shared_from_this()](beast::error_code fault, std::size_t) {
     if (fault) return self->end();
-    self->hear();
+    try {
+      self->hear();
+    } catch (const std::exception&) {  // nothing would be heard of it any more
+      return self->end();
+    }
     self->heard_.consume(self->heard_.size());
     self->listen();
   });
@@ -100,18 +105,23 @@ void Viewer::hear() {
   } else if (const auto* call = std::get_if<foxglove::Call>(&heard)) {
     host_.call(*this, *call);
   } else if (const auto* bad_call = std::get_if<foxglove::BadCall>(&heard)) {
-    ++notes_;
-    say(foxglove::call_failure(bad_call->service, bad_call->id, bad_call->fault));
+    if (bears()) say(foxglove::call_failure(bad_call->service, bad_call->id, bad_call->fault));
   } else if (const auto* passed = std::get_if<foxglove::PassedOver>(&heard)) {
-    if (!passed->note.empty()) say(foxglove::status(foxglove::Level::kWarning, passed->note));
+    if (!passed->note.empty() && bears()) say(foxglove::status(foxglove::Level::kWarning, passed->note));
   } else {
     note(std::get<foxglove::Bad>(heard).fault);
   }
 }
 
+/// One more that cannot be understood: false when it was one too many.
+bool Viewer::bears() {
+  if (++notes_ <= kMostNotes) return true;
+  close("too much that cannot be understood");
+  return false;
+}
+
 void Viewer::note(const std::string& fault) {
-  if (++notes_ > kMostNotes) return close("too much that cannot be understood");
-  say(foxglove::status(foxglove::Level::kError, fault));
+  if (bears()) say(foxglove::status(foxglove::Level::kError, fault));
 }
 
 void Viewer::say(std::string text) { queue(bytes_of(text), true); }

@@ -50,7 +50,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   Role role() const { return role_; }
   std::uint64_t sent() const { return sent_; }
   std::uint64_t dropped() const { return dropped_; }
-  std::string name;  ///< as it calls itself
+  std::string name;  ///< as it called itself when it took control
 
  private:
   struct Subscription {
@@ -59,6 +59,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   };
   void listen();
   void hear();
+  bool bears();
   void note(const std::string& fault);
   void queue(std::vector<std::byte> bytes, bool text);
   void write_queued();

@@ -13,7 +13,7 @@ using runtime::MissionState;
 using testing::HasSubstr;
 
 /// From an order to rest, wherever in a walk; its first steps take longest (docs/faults.md) [s].
-constexpr double kRests = 4.2;
+constexpr double kRests = 2.8;
 
 TEST(OperatorDesk, ShowsAWayFirstAndWalksItOnceItIsConfirmed) {
   Served robot;
@@ -105,6 +105,60 @@ TEST(OperatorDesk, WalksAListOfGoalsAndNoneAfterAStop) {
   EXPECT_LT(robot.distance(rests.x, rests.y), 1e-3);
 }
 
+/// On its way to the first of three goals.
+struct OnATour : Served {
+  OnATour() {
+    EXPECT_TRUE(pass_until(MissionState::kWaitGoal));
+    pass(0.5);
+    const Json way = ask("tour", {{"goals", {{0.2, 0.3}, {-0.6, -0.4}, {0.5, 0}}}});
+    EXPECT_EQ(refusal("plan_confirm", {{"plan", way.at("plan")}}), "it was done");
+    EXPECT_TRUE(pass_until([&] { return distance(-0.8, 0) > 0.3; }));
+  }
+  void expect_to_stay() {
+    EXPECT_EQ(status().tour_left, 0U);
+    pass(kRests);
+    const Pose2 rests = session.body().stance().base();
+    pass(15);
+    EXPECT_LT(distance(rests.x, rests.y), 1e-3);
+  }
+};
+
+TEST(OperatorDesk, APauseKeepsTheListOfGoals) {
+  OnATour robot;
+  EXPECT_EQ(robot.refusal("pause"), "it was done");
+  robot.pass(kRests);
+  EXPECT_EQ(robot.refusal("resume"), "it was done");
+  EXPECT_EQ(robot.status().tour_left, 2U);
+  ASSERT_TRUE(robot.pass_until([&] { return robot.status().tour_left == 0; }));
+  EXPECT_LT(robot.distance(-0.6, -0.4), 0.12);
+}
+
+TEST(OperatorDesk, AStopOfAnotherHandEndsTheListThoughTheGoalIsReached) {
+  OnATour robot;
+  ASSERT_TRUE(robot.pass_until([&] { return robot.distance(0.2, 0.3) < 0.15; }));
+  robot.session.line().stay();
+  robot.pass(0.1);
+  robot.expect_to_stay();
+}
+
+TEST(OperatorDesk, WhoGivesControlUpStopsTheRobot) {
+  OnATour robot;
+  ASSERT_EQ(robot.refusal("lease", {{"lease", 2}, {"released", 1}, {"age_ns", 0}}), "it was done")
+      << "another took it at once";
+  robot.expect_to_stay();
+}
+
+TEST(OperatorDesk, APauseIsOverWhenAnotherHandSendsTheRobotOn) {
+  OnATour robot;
+  EXPECT_EQ(robot.refusal("pause"), "it was done");
+  robot.pass(kRests);
+  EXPECT_TRUE(robot.status().paused);
+  robot.session.line().go({{0.5, 0}, std::nullopt});
+  robot.pass(3);
+  EXPECT_FALSE(robot.status().paused);
+  EXPECT_EQ(robot.status().tour_left, 0U);
+}
+
 TEST(OperatorDesk, LooksWhereItIsToldAtRestOnly) {
   Served robot;
   ASSERT_TRUE(robot.pass_until(MissionState::kLookAround));
@@ -161,7 +215,8 @@ TEST(OperatorDesk, SaysWhatIsWrongWithAQuestion) {
   EXPECT_THAT(robot.refusal("tour", {{"goals", {{1}}}}), HasSubstr("goals[0]"));
   EXPECT_THAT(robot.refusal("record", {{"on", true}}), HasSubstr("--record"));
   EXPECT_THAT(robot.refusal("plan_confirm", {{"plan", -1}}), HasSubstr("plan: expected"));
-  EXPECT_THAT(robot.desk.answer(1, "stop", "[", {}, {}), HasSubstr("JSON object"));
+  EXPECT_THAT(robot.desk.answer(1, "pause", "[", {}, {}), HasSubstr("JSON object"));
+  EXPECT_EQ(robot.desk.answer(1, "stop", "[", {}, {}), R"({"ok":true})") << "whatever else is said";
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ constexpr Duration kTold = seconds(0.1);
 struct Link : Served {
   bool stands() const { return session.walker().status().state == hal::WalkState::kStanding; }
   void renew() {
-    ASSERT_EQ(refusal("lease", {{"lease", lease}, {"held", true}}), "it was done");
+    ASSERT_EQ(refusal("lease", {{"lease", lease}, {"released", 0}, {"age_ns", 0}}), "it was done");
     renewed = session.now();
   }
   /// With the link in order.
@@ -51,7 +51,7 @@ struct Link : Served {
   }
   void lose() {
     ASSERT_TRUE(pass_until([&] { return stands(); }, 10));
-    longest = std::max(longest, session.now() - renewed - kNoticed);
+    worst = std::max(worst, session.now() - renewed - kNoticed);
     EXPECT_LE(to_seconds(session.now() - renewed), to_seconds(kNoticed + kRests + kTold));
     const Pose2 rests = session.body().stance().base();
     pass(6);
@@ -63,7 +63,7 @@ struct Link : Served {
 
   std::uint32_t lease = 0;
   Time renewed{};
-  Duration longest{};  ///< until it was at rest, after the loss was noticed
+  Duration worst{};  ///< until it was at rest, after the loss was noticed
 };
 
 void lose_the_link(int times) {
@@ -79,7 +79,7 @@ void lose_the_link(int times) {
     link.lose();
   }
   std::printf("link lost at %d moments: at rest at most %.2f s after it was noticed\n", times,
-              to_seconds(link.longest));
+              to_seconds(link.worst));
 }
 
 TEST(OperatorLink, LostInAWalkTheRobotRestsAndStaysAtRest) { lose_the_link(4); }

@@ -57,6 +57,8 @@ TEST_F(ServerTest, WithoutATokenNothingIsShownWhereOneIsNeeded) {
   begin_with_token();
   EXPECT_EQ(code(*server_, http::verb::get, "/map.pgm"), 401);
   EXPECT_EQ(code(*server_, http::verb::get, "/metrics"), 401);
+  for (const char* path : {"xmap.pgm", "xmap.yaml", "?x", "/x", "//map.pgm", "/map.pgm?x"})
+    EXPECT_EQ(code(*server_, http::verb::get, path), 401) << path;
   EXPECT_EQ(code(*server_, http::verb::get, "/healthz"), 200);
   EXPECT_EQ(Json::parse(request(*server_, http::verb::get, "/session").body()).at("role"), "none");
   Talker stranger(*server_);
@@ -97,6 +99,8 @@ TEST_F(ServerTest, TokensCannotBeGuessedQuickly) {
   }
   EXPECT_EQ(wrong, Access::kMostFailures);
   EXPECT_EQ(refused, 12 - Access::kMostFailures);
+  EXPECT_EQ(code(*server_, http::verb::post, "/login", json, Json{{"token", tokens_.operate}}.dump()), 204)
+      << "who tries wrong ones locks nobody out";
 }
 
 TEST_F(ServerTest, FormsOfOtherPagesCannotLogIn) {
@@ -170,6 +174,81 @@ TEST_F(ServerTest, WhoSeesNothingNewCannotRenew) {
   EXPECT_THAT(blind.answered().dump(), HasSubstr("too old"));
   blind.call("renew", R"({"lease":1})");
   EXPECT_THAT(blind.answered().dump(), HasSubstr("expected lease and state"));
+}
+
+TEST_F(ServerTest, OnlyWhoTellsAStatusThatThereWasRenews) {
+  begin();
+  Talker one(*server_);
+  one.call("take_control");
+  ASSERT_EQ(one.answered().at("ok"), true);
+  for (const char* state : {"4294967295", "4294967296", "18446744073709551615", "-1", "0.5"}) {
+    one.call("renew", fmt::format(R"({{"lease":1,"state":{}}})", state));
+    EXPECT_EQ(one.answered().at("ok"), false) << state;
+  }
+  one.call("renew", fmt::format(R"({{"lease":1,"state":{}}})", flow_.status_number()));
+  EXPECT_EQ(one.answered().at("ok"), true);
+  one.call("renew", fmt::format(R"({{"lease":0,"state":{}}})", flow_.status_number()));
+  EXPECT_THAT(one.answered().dump(), HasSubstr("take control again"));
+}
+
+TEST(Lease, IsNotRenewedByTakingControlAgain) {
+  Lease lease;
+  EXPECT_EQ(lease.take(1, "Ada", at_seconds(10)), 1U);
+  EXPECT_EQ(lease.take(1, "Ada", at_seconds(14)), 1U) << "who sees nothing may ask again and again";
+  EXPECT_TRUE(lease.expire(at_seconds(15.1)));
+  EXPECT_EQ(lease.take(1, "Ada", at_seconds(15.2)), 2U);
+}
+
+TEST_F(ServerTest, ANameOfAnyAlphabetIsCutBetweenItsCharactersAndAllAreStillHeard) {
+  begin();
+  Talker one(*server_), other(*server_);
+  one.call("take_control", R"({"name":"Оператор Константинополь"})");
+  ASSERT_EQ(one.answered().at("ok"), true);
+  other.call("take_control");
+  EXPECT_THAT(other.answered().dump(), HasSubstr("Оператор Константино"));
+  other.call("stop");
+  ASSERT_TRUE(until([&] { return serve(), was_asked("stop"); }));
+}
+
+TEST_F(ServerTest, AStopOvertakesAllElseAndTheLeaseWaitsForNothing) {
+  begin();
+  Talker one(*server_), other(*server_);
+  one.call("take_control");
+  ASSERT_EQ(one.answered().at("ok"), true);
+  for (int i = 0; i < 8; ++i) one.call("plan_preview", R"({"x":0,"y":0})");
+  for (int i = 0; i < 300; ++i) {
+    one.call("renew", fmt::format(R"({{"lease":1,"state":{}}})", flow_.status_number()));
+    one.answered();
+  }
+  other.call("stop");
+  other.call("ping");
+  EXPECT_EQ(other.answered().count("now_ns"), 1U) << "so the stop has been heard";
+  serve();
+  ASSERT_EQ(asked_.size(), 4U) << "and the main loop has its own work to do";
+  EXPECT_EQ(asked_[0].service, "lease");
+  EXPECT_EQ(asked_[1].service, "stop");
+  EXPECT_EQ(asked_[2].service, "plan_preview");
+}
+
+TEST_F(ServerTest, WhoGivesControlUpIsToldOfThoughAnotherTakesItAtOnce) {
+  begin();
+  Talker one(*server_), other(*server_);
+  one.call("take_control");
+  ASSERT_EQ(one.answered().at("ok"), true);
+  one.call("release_control");
+  ASSERT_EQ(one.answered().at("ok"), true);
+  other.call("take_control");
+  ASSERT_EQ(other.answered().at("ok"), true);
+  serve();
+  ASSERT_EQ(asked_.size(), 1U);
+  const Json word = Json::parse(asked_[0].body);
+  EXPECT_EQ(word.at("lease"), 2);
+  EXPECT_EQ(word.at("released"), 1);
+}
+
+TEST_F(ServerTest, IsKnownByItsMachinesName) {
+  begin();
+  EXPECT_EQ(code(*server_, http::verb::get, "/healthz", {{"Host", asio::ip::host_name() + ":8760"}}), 200);
 }
 
 TEST_F(ServerTest, BadRequestsAreAnsweredAndCostOnlyTheirSender) {

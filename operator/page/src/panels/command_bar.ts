@@ -37,8 +37,8 @@ export class CommandBar {
   }
 
   stop(): void {
-    this.app.mission.cancel();
     void this.app.commands.stop();
+    this.app.mission.cancel();
   }
 
   goNear(): void {

@@ -24,7 +24,7 @@ export class Freshness {
     const { link } = this.app;
     this.showBanner();
     const live = link.live;
-    this.mark("scene", "scene-age", link.ageOf("status"), !live);
+    this.mark("scene", "scene-age", this.app.seenAgoMs, !this.app.seesNow);
     this.mark("map", "map-age", link.ageOf("map"), !this.app.seesNow, "changed");
     this.mark("camera", "camera-age", link.ageOf("picture"), !live || link.ageOf("picture") > kPictureOldMs);
     setText(byId("points-age"), `points ${age(link.ageOf("points"))} old`);

@@ -94,7 +94,7 @@ export class Plots {
     this.missedBefore = status.bus_missed;
     const { roundTripMs } = this.app.link.quality;
     this.stages.add(time, [status.see_ms, status.map_ms, status.floor_ms, status.plan_ms]);
-    this.frames.add(time, [status.frame_age_ms]);
+    this.frames.add(time, [status.frame_age_ms < 0 ? null : status.frame_age_ms]);
     this.bus.add(time, [status.bus_wake_max_us, missed]);
     this.link.add(time, [Number.isFinite(roundTripMs) ? roundTripMs : null]);
   }
@@ -105,7 +105,7 @@ export class Plots {
     for (const plot of [this.stages, this.frames, this.bus, this.link]) plot.draw();
     const load = status.bus_load > 0 ? ` · ${(100 * status.bus_load).toFixed(0)} %` : "";
     setText(byId("stages-now"), `${status.see_ms.toFixed(0)} · ${status.map_ms.toFixed(0)} · ${status.floor_ms.toFixed(0)} · ${status.plan_ms.toFixed(0)} ms`);
-    setText(byId("frames-now"), milliseconds(status.frame_age_ms));
+    setText(byId("frames-now"), status.frame_age_ms < 0 ? "–" : milliseconds(status.frame_age_ms));
     setText(byId("bus-now"), `${status.bus_wake_max_us.toFixed(0)} µs · ${status.bus_missed} missed${load}`);
     const trip = Number.isFinite(quality.roundTripMs) ? milliseconds(quality.roundTripMs) : "–";
     setText(byId("link-now"), `${trip} · ${(100 * quality.dropped).toFixed(0)} % lost · ${(quality.bytesPerSecond / 1000).toFixed(0)} kB/s`);

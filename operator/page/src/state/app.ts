@@ -20,9 +20,15 @@ export class App {
     return !this.lease.held || this.mission.state.value.kind === "proposed";
   }
 
+  /** Since the newest camera frame [ms]; infinite before the first. */
+  get seenAgoMs(): number {
+    const status = this.link.status;
+    if (status === undefined || status.frame_age_ms < 0) return Infinity;
+    return status.frame_age_ms + this.link.ageOf("status");
+  }
+
   /** False where the newest camera frame is so old that map and points may tell of a world that has changed. */
   get seesNow(): boolean {
-    const status = this.link.status;
-    return this.link.live && status !== undefined && status.frame_age_ms + this.link.ageOf("status") < 2000;
+    return this.link.live && this.seenAgoMs < 2000;
   }
 }

@@ -2,8 +2,7 @@
 import { Signal } from "../ui/signal";
 import type { Link } from "./link";
 
-/** The robot tells its services right after the link is open. */
-const kServicesKnownMs = 100;
+const kStopAgainMs = 200;
 
 export type Outcome = { text: string; failed: boolean };
 
@@ -11,16 +10,26 @@ export class Commands {
   readonly outcome = new Signal<Outcome>({ text: "", failed: false });
 
   private stopOwed = false;
+  private stopping = false;
 
   constructor(private readonly link: Link) {
     link.state.watch((state) => {
-      if (state === "open" && this.stopOwed) setTimeout(() => void this.stop(), kServicesKnownMs);
+      if (state === "open") this.payStop();
     });
+    setInterval(() => this.payStop(), kStopAgainMs);
   }
 
-  /** Allowed to everybody, always. One that could not be told is told as soon as the link is back. */
+  /** Allowed to everybody, always. One that was not taken is told again and again until it is. */
   async stop(): Promise<void> {
-    this.stopOwed = !(await this.tell("Stop", "stop"));
+    this.stopOwed = true;
+    this.stopping = true;
+    const taken = await this.tell("Stop", "stop");
+    this.stopping = false;
+    if (taken) this.stopOwed = false;
+  }
+
+  private payStop(): void {
+    if (this.stopOwed && !this.stopping && this.link.state.value === "open") void this.stop();
   }
 
   pause(): Promise<boolean> {

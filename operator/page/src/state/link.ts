@@ -27,6 +27,8 @@ export class Link {
   private readonly handlers: Handlers = {};
   private connection: Connection | null = null;
   private openedAt = 0;
+  /** Of this connection. The first may be one that the robot's program wrote before it hung. */
+  private statuses = 0;
 
   async start(): Promise<void> {
     const token = tokenFromAddress();
@@ -64,7 +66,7 @@ export class Link {
 
   /** False as soon as what is shown may no longer be true. */
   get live(): boolean {
-    return this.state.value === "open" && this.ageOf("status") < kStatusLateMs;
+    return this.state.value === "open" && this.statuses > 1 && this.ageOf("status") < kStatusLateMs;
   }
 
   private async connect(): Promise<void> {
@@ -73,6 +75,7 @@ export class Link {
     if (who.role === "none" && who.token_needed) return this.state.set("login");
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.openedAt = performance.now();
+    this.statuses = 0;
     this.connection = new Connection(`${scheme}://${location.host}/ws`, {
       opened: (robot, role) => this.opened(robot, role),
       message: (name, message, bytes) => this.take(name, message, bytes),
@@ -99,7 +102,10 @@ export class Link {
 
   private take<N extends TopicName>(name: N, message: TopicMessage<N>, bytes: number): void {
     this.quality.took(bytes);
-    if (name === "status") this.quality.numbered((message as OperatorStatus).number);
+    if (name === "status") {
+      this.quality.numbered((message as OperatorStatus).number);
+      ++this.statuses;
+    }
     const received = { message, at: performance.now(), olderMs: this.olderThanStatus(message) };
     (this.newest as Record<TopicName, unknown>)[name] = received;
     for (const handler of this.handlers[name] ?? []) handler(message);

@@ -7,6 +7,7 @@ export type Answer = { ok: boolean; error?: string; [key: string]: unknown };
 export type MessageHandler = <N extends TopicName>(name: N, message: TopicMessage<N>, bytes: number) => void;
 
 export interface ConnectionEvents {
+  /** Services can be called from now on. */
   opened(robot: string, role: string): void;
   message: MessageHandler;
   /** The robot's program sends something this page cannot read. */
@@ -31,6 +32,8 @@ export class Connection {
   private readonly services = new Map<string, number>();
   private readonly calls = new Map<number, (answer: Answer) => void>();
   private nextCall = 1;
+  private robot = "";
+  private role = "viewer";
 
   constructor(url: string, private readonly events: ConnectionEvents) {
     this.socket = new WebSocket(url, ["foxglove.sdk.v1", "foxglove.websocket.v1"]);
@@ -80,10 +83,14 @@ export class Connection {
   }
 
   private takeText(text: ServerText): void {
-    if (text.op === "serverInfo") this.events.opened(text.name ?? "", text.metadata?.["role"] ?? "viewer");
+    if (text.op === "serverInfo") {
+      this.robot = text.name ?? "";
+      this.role = text.metadata?.["role"] ?? "viewer";
+    }
     if (text.op === "advertise") this.subscribe(text.channels ?? []);
     if (text.op === "advertiseServices") {
       for (const { id, name } of text.services ?? []) this.services.set(name.slice(name.lastIndexOf("/") + 1), id);
+      this.events.opened(this.robot, this.role);
     }
     if (text.op === "serviceCallFailure" && text.callId !== undefined) {
       this.settle(text.callId, { ok: false, error: text.message ?? "the call failed" });
