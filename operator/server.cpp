@@ -17,6 +17,7 @@
 #include "hal/error.h"
 #include "hal/exchange.h"
 #include "operator/access.h"
+#include "operator/control.h"
 #include "operator/foxglove.h"
 #include "operator/http.h"
 #include "operator/viewer.h"
@@ -41,10 +42,6 @@ constexpr int kMostAtOnce = 2;              // asks that serve() answers in one 
 constexpr Duration kAnswered = seconds(2);  // by the main loop, else it is busy
 
 std::string view(beast::string_view text) { return {text.data(), text.size()}; }
-
-std::string refusal(const std::string& why) {
-  return Json{{"ok", false}, {"error", why}}.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 /// At most so many bytes, and no part of a UTF-8 character at the end.
 std::string cut(std::string text, std::size_t most) {
@@ -81,13 +78,14 @@ class Server::Room {
         access_(tokens(config)),
         session_(random_token().substr(0, 16)),
         acceptor_(io_),
-        timer_(io_) {
+        timer_(io_),
+        control_(clock) {
     listen();
     thread_.emplace(runtime::ThreadId::kOperator, [this](const std::atomic<bool>& stop) { run(stop); });
   }
 
   void serve(const std::function<std::string(const Ask&)>& answer) {
-    if (lease_word_.update()) answer(ask_of(lease_word_.value()));
+    if (const Control::Word* word = control_.news()) answer(ask_of(*word));
     for (Ask ask; stops_.pop(ask);) answers_.push({ask.number, answer(ask)});
     Ask ask;
     for (int n = 0; n < kMostAtOnce && asks_.pop(ask); ++n) answers_.push({ask.number, answer(ask)});
@@ -100,10 +98,7 @@ class Server::Room {
                                   : config_.address;
     return fmt::format("http://{}:{}/{}", host, port_, tokens_ ? "#token=" + tokens_->operate : "");
   }
-  Lease::Holder holder() {
-    holder_.update();
-    return holder_.value();
-  }
+  Lease::Holder holder() { return control_.holder(); }
   ServerFigures figures() const { return {clients_, messages_, dropped_, refused_, calls_}; }
 
  private:
@@ -112,13 +107,7 @@ class Server::Room {
     std::uint64_t number = 0;
     std::string json;
   };
-  /// What the main loop has to know of who has control.
-  struct LeaseWord {
-    std::uint32_t number = 0;    ///< 0: nobody
-    std::uint32_t released = 0;  ///< times that control was given up, or ran out
-    Time at{};                   ///< when the holder was heard
-  };
-  Ask ask_of(const LeaseWord& word) const {
+  Ask ask_of(const Control::Word& word) const {
     const Duration age = clock_.now() - word.at;
     return {0, "", "lease",
             Json{{"lease", word.number}, {"released", word.released}, {"age_ns", age.count()}}.dump(), 0};
@@ -137,7 +126,6 @@ class Server::Room {
   void accept_next();
   void run(const std::atomic<bool>& stop);
   void look_around(const std::atomic<bool>& stop);
-  void note_status();
   void deliver_answers();
   Response answer(const Request& request);
   Response log_in(const Request& request);
@@ -147,10 +135,7 @@ class Server::Room {
   void call(Viewer& viewer, const foxglove::Call& call);
   std::optional<std::string> answered_here(Viewer& viewer, std::string_view service, const Json& body);
   std::string take_control(Viewer& viewer, const Json& body);
-  std::string renew(Viewer& viewer, const Json& body);
   void pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service);
-  void expire_lease();
-  void tell_lease();
 
   ServerConfig config_;
   Source& source_;
@@ -166,15 +151,11 @@ class Server::Room {
   std::size_t connections_ = 0;
   std::map<std::uint64_t, std::shared_ptr<Viewer>> viewers_;
   std::uint64_t last_viewer_ = 0, last_ask_ = 0;
-  Lease lease_;
-  std::deque<std::pair<std::uint32_t, Time>> statuses_;  ///< numbers of the newest, and since when they are
+  Control control_;
   std::map<std::uint64_t, Pending> pending_;
   hal::BoundedQueue<Ask, 64> stops_;
   hal::BoundedQueue<Ask, 256> asks_;
-  hal::NewestSlot<LeaseWord> lease_word_;
-  std::uint32_t released_ = 0;
   hal::BoundedQueue<Answer, 256> answers_;
-  hal::NewestSlot<Lease::Holder> holder_;
   std::uint64_t gone_messages_ = 0, gone_dropped_ = 0;
   std::atomic<std::uint32_t> clients_{0};
   std::atomic<std::uint64_t> messages_{0}, dropped_{0}, refused_{0}, calls_{0};
@@ -289,9 +270,8 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   } catch (const std::exception&) {  // a picture that cannot be shown costs nobody the rest
     ++refused_;
   }
-  note_status();
+  control_.look(source_.status_number());
   deliver_answers();
-  expire_lease();
   std::uint64_t messages = gone_messages_, dropped = gone_dropped_;
   for (const auto& [number, viewer] : std::map(viewers_)) {
     viewer->send_news(source_);
@@ -301,15 +281,6 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   clients_ = static_cast<std::uint32_t>(viewers_.size());
   messages_ = messages;
   dropped_ = dropped;
-}
-
-/// When each of the newest statuses came: who renews says which of them he saw last.
-void Server::Room::note_status() {
-  const Time now = clock_.now();
-  const std::uint32_t number = source_.status_number();
-  if (statuses_.empty() || statuses_.back().first != number) statuses_.emplace_back(number, now);
-  while (statuses_.size() > 1 && now - statuses_.front().second > 2 * Lease::kFreshState)
-    statuses_.pop_front();
 }
 
 std::optional<Response> Server::Room::refused(const Request& request) {
@@ -407,9 +378,8 @@ void Server::Room::call(Viewer& viewer, const foxglove::Call& call) {
   using Needs = foxglove::ServiceKind::Needs;
   if (kind.needs != Needs::kNothing && viewer.role() != Role::kOperator)
     return viewer.respond(call, refusal("a viewer may look on, and stop the robot"));
-  if (kind.needs == Needs::kControl && !lease_.holds(viewer.number()))
-    return viewer.respond(call, refusal(lease_.holder().client == 0 ? "take control first"
-                                                                    : lease_.holder().name + " has control"));
+  if (kind.needs == Needs::kControl && !control_.holds(viewer.number()))
+    return viewer.respond(call, control_.refuse());
   const Json body = Json::parse(call.body, nullptr, false);
   if (const auto here = answered_here(viewer, kind.name, body)) return viewer.respond(call, *here);
   pass_on(viewer, call, std::string(kind.name));
@@ -420,12 +390,9 @@ std::optional<std::string> Server::Room::answered_here(Viewer& viewer, std::stri
   if (service == "ping")
     return Json{{"ok", true}, {"now_ns", clock_.now().time_since_epoch().count()}}.dump();
   if (service == "take_control") return take_control(viewer, body);
-  if (service == "renew") return renew(viewer, body);
-  if (service != "release_control") return std::nullopt;
-  if (!lease_.release(viewer.number())) return refusal("you do not have control");
-  ++released_;
-  tell_lease();
-  return Json{{"ok", true}}.dump();
+  if (service == "renew") return control_.renew(viewer.number(), body);
+  if (service == "release_control") return control_.release(viewer.number());
+  return std::nullopt;
 }
 
 std::string Server::Room::take_control(Viewer& viewer, const Json& body) {
@@ -434,47 +401,7 @@ std::string Server::Room::take_control(Viewer& viewer, const Json& body) {
   std::string text = name != body.end() && name->is_string() ? name->get<std::string>() : "";
   if (text.empty()) text = fmt::format("operator {}", viewer.number());
   viewer.name = cut(std::move(text), kLongestName);
-  expire_lease();
-  const bool had = lease_.holds(viewer.number());
-  const auto number = lease_.take(viewer.number(), viewer.name, clock_.now());
-  if (!number) return refusal(lease_.holder().name + " has control");
-  if (!had) tell_lease();
-  return Json{{"ok", true}, {"lease", *number}}.dump();
-}
-
-std::string Server::Room::renew(Viewer& viewer, const Json& body) {
-  const auto number = [&](const char* key) -> std::optional<std::uint32_t> {
-    const auto found = body.find(key);
-    if (found == body.end() || !found->is_number_unsigned()) return std::nullopt;
-    const auto value = found->get<std::uint64_t>();
-    return value <= 0xFFFFFFFFU ? std::optional(static_cast<std::uint32_t>(value)) : std::nullopt;
-  };
-  const auto lease = number("lease"), state = number("state");
-  if (!lease || !state) return refusal("expected lease and state, each a whole number below 2^32");
-  expire_lease();
-  if (!lease_.holds(viewer.number())) return refusal("you do not have control");
-  if (statuses_.empty() || *state > statuses_.back().first)
-    return refusal("state: there was no such status yet");
-  Time seen = clock_.now() - 2 * Lease::kFreshState;
-  for (const auto& [status, since] : statuses_)
-    if (status <= *state) seen = since;
-  if (!lease_.renew(viewer.number(), *lease, seen, clock_.now()))
-    return refusal(*lease == lease_.holder().number ? "what you see is too old"
-                                                    : "lease: is an earlier one's; take control again");
-  tell_lease();
-  return Json{{"ok", true}}.dump();
-}
-
-void Server::Room::expire_lease() {
-  if (!lease_.expire(clock_.now())) return;
-  ++released_;
-  tell_lease();
-}
-
-/// To the main loop, which passes it on to the robot. Nobody waits for an answer.
-void Server::Room::tell_lease() {
-  holder_.publish(lease_.holder());
-  lease_word_.publish({lease_.holder().number, released_, clock_.now()});
+  return control_.take(viewer.number(), viewer.name);
 }
 
 void Server::Room::pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service) {
