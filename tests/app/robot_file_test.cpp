@@ -141,7 +141,7 @@ TEST(RobotFile, NamesTheKeyOfAStepOverThatSomethingElseInItForbids) {
     }
     return std::string("no fault");
   };
-  EXPECT_THAT(fault("execution: steps", "execution: orders"),
+  EXPECT_THAT(fault("\n  execution: steps", "\n  execution: orders"),
               HasSubstr("gait.step_over.height: stepping over low obstacles: the control computer places"));
   EXPECT_THAT(fault("trip_height: 0.025", "trip_height: 0"),
               HasSubstr("gait.step_over.height: stepping over low obstacles: they are not looked for"));
