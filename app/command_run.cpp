@@ -24,6 +24,7 @@
 #include "app/operator_page.h"
 #include "app/other_master.h"
 #include "app/output_folder.h"
+#include "app/recording_folder.h"
 #include "app/run_recorder.h"
 #include "app/safety_report.h"
 #include "app/service_manager.h"
@@ -262,7 +263,7 @@ int run(Options options) {
   const auto adapter = serve(wire, robot.loops.real_time);
   const auto camera = open_cameras(hardware, robot.rig, clock);
   LiveOptions live = live_options(options, hardware, *wire.bus, clock);
-  RunRecorder recorder({options.record, options.black_box}, robot, live, clock);
+  RunRecorder recorder({options.record, options.black_box, options.page.serve}, robot, live, clock);
   live.recorder = recorder.get();
   Taps taps(live.recorder);
   runtime::SecondProcessor second;
@@ -274,6 +275,7 @@ int run(Options options) {
   const auto listener = listen(options, log);
   if (options.page.serve) {
     page.emplace(options.page, session.robot(), session.floor_grid(), live.start, session.line(), clock);
+    page->offer_recording(*recorder.get(), recording_folder(options.record));
     session.observe([&page](const runtime::FrameSnapshot& snapshot) { page->see(snapshot); });
     log.say("the operator's page: {}", page->address());
   }
@@ -360,8 +362,10 @@ void add_run(CLI::App& app, Run& run_command) {
   command->add_option("--out", options->out, kOutHelp);
   command->add_option("--socket", options->socket,
                       "Where it listens to 'headway status', 'go' and 'stay', in place of the usual place");
-  command->add_option("--record", options->record,
-                      "Folder for a recording (.mcap) of all that happens, for 'headway replay'");
+  command->add_option(
+      "--record", options->record,
+      "Folder for a recording (.mcap) of all that happens, for 'headway replay'. With --serve "
+      "the page begins and ends recordings too, without it with the user's state");
   command->add_option(
       "--black-box", options->black_box,
       "Folder for what was recorded of the half minute before a fault, or 'off'; default: the "

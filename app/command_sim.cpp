@@ -12,6 +12,7 @@
 #include "app/odometry_options.h"
 #include "app/operator_page.h"
 #include "app/pace.h"
+#include "app/recording_folder.h"
 #include "app/recording_preface.h"
 #include "app/report.h"
 #include "app/sim_outputs.h"
@@ -69,20 +70,24 @@ void set_up_in(const std::filesystem::path& file, const nav::SavedMap& known, Si
                file.string());
 }
 
-/// What could not be recorded is an error: a recording was asked for.
-void tell_of(runtime::Recorder& recorder) {
+/// What could not be recorded is an error where a recording was asked for at the start.
+void tell_of(runtime::Recorder& recorder, bool asked_for) {
   std::string fault;
-  if (recorder.news(fault)) throw Error(fault);
+  if (asked_for && recorder.news(fault)) throw Error(fault);
+  while (recorder.news(fault)) fmt::print("{}\n", fault);
+  if (!recorder.tape()) return;
   fmt::print("{}: {:.1f} MiB\n", recorder.tape()->file().string(),
              static_cast<double>(recorder.tape()->bytes()) / (1 << 20));
 }
 
 /// By the clock of the wall, with the page served, until somebody ends it.
-SimOutcome run_served(SimSession& session, const ServeOptions& options) {
+SimOutcome run_served(SimSession& session, const ServeOptions& options, runtime::Recorder& recorder,
+                      const std::filesystem::path& recordings) {
   Interrupts interrupts;
   hal::MonotonicClock clock;
   OperatorPage page(options, session.robot(), session.mapper().floor().grid, session.scene().world().start,
                     session.line(), clock);
+  page.offer_recording(recorder, recordings);
   session.observe([&](const runtime::FrameSnapshot& snapshot) { page.see(snapshot); });
   fmt::print("{}\nCtrl-C ends it\n", page.address());
   std::fflush(stdout);
@@ -126,11 +131,13 @@ int run(const Options& options) {
   if (!options.map.empty()) known = read_saved(options.map);
   hal::MonotonicClock clock;
   std::unique_ptr<runtime::Recorder> recorder;
-  if (!options.record.empty()) {
+  const std::filesystem::path recordings = recording_folder(options.record);
+  if (!options.record.empty() || options.page.serve) {
     runtime::Preface preface = recording_preface(robot, loop_setup(robot, world, sim), "sim");
     if (known) known = keep_known_map(*known, preface);
     runtime::RecorderConfig config;
-    config.files.emplace().folder = options.record;
+    config.files.emplace().folder = recordings;
+    config.record_at_once = !options.record.empty();
     recorder = std::make_unique<runtime::Recorder>(config, preface, clock, Time{});
     sim.recorder = recorder.get();
   }
@@ -146,7 +153,8 @@ int run(const Options& options) {
                   fmt::format("s  {}  {:.2f} m to go", name(session.mission().state()),
                               (base.position() - session.goal().position).norm()));
   });
-  const SimOutcome outcome = options.page.serve ? run_served(session, options.page) : session.run();
+  const SimOutcome outcome =
+      options.page.serve ? run_served(session, options.page, *recorder, recordings) : session.run();
   if (recorder) recorder->stop();
   outputs.write(outcome, out);
   fmt::print("{}\n", out.list());
@@ -159,7 +167,7 @@ int run(const Options& options) {
   if (!sim.faults.empty()) fmt::print("{}", fault_lines(session.faults()));
   print_memory(session.mapper());
   fmt::print("{}", walk_cost_table(outputs.walk_cost().stretches()));
-  if (recorder) tell_of(*recorder);
+  if (recorder) tell_of(*recorder, !options.record.empty());
   return outcome.arrived || outcome.end == "ended" ? kSuccess : kNotReached;
 }
 
@@ -180,8 +188,10 @@ void add_sim(CLI::App& app, Run& run_command) {
       "--map", options->map,
       "What the robot knows already: a map that an earlier run saved (.hmap, or .bt, .ot). It "
       "finds its place there, and steps nowhere before it has looked again");
-  command->add_option("--record", options->record,
-                      "Folder for a recording (.mcap) of all that happens, for 'headway replay'");
+  command->add_option(
+      "--record", options->record,
+      "Folder for a recording (.mcap) of all that happens, for 'headway replay'. With --serve "
+      "the page begins and ends recordings too, without it with the user's state");
   command->add_flag("--near", options->near,
                     "Where no way leads to the goal, walk to the reachable place nearest to it");
   command

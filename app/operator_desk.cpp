@@ -391,8 +391,7 @@ Json OperatorDesk::look_around(std::uint64_t, const Json& body, const LiveStatus
 Json OperatorDesk::record(std::uint64_t, const Json& body, const LiveStatus&, Time) {
   require_keys(body, {"on"});
   if (!body.contains("on")) throw InputError("on: is missing, expected true or false");
-  if (!record_)
-    throw InputError("this run was begun without --record, so that there is nowhere to record to");
+  if (!record_) throw InputError("nothing is recorded here");
   record_(flag(body, "on"));
   return Json::object();
 }
@@ -431,7 +430,12 @@ void OperatorDesk::fill(remote::OperatorStatus& out, const LiveStatus& status) c
   out.paused = paused_.has_value();
   out.tour_left = static_cast<std::uint32_t>(tour_.size());
   out.exploring = exploring_;
-  out.recording = recording_;
+  out.recording = recording_.on;
+  out.record_folder = record_folder_;
+  out.record_file = recording_.file;
+  out.record_mib = static_cast<double>(recording_.bytes) / (1 << 20);
+  out.record_dropped = recording_.dropped;
+  out.record_fault = recording_.fault;
   out.next = paused_ ? "stays where it is until it is told to go on" : next_of(status);
   if (!tour_.empty()) out.next += fmt::format("; {} more to come", tour_.size());
 }

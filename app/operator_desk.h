@@ -18,6 +18,7 @@
 #include "nav/next_view.h"
 #include "operator/messages.h"
 #include "runtime/operator_line.h"
+#include "runtime/recorder.h"
 #include "runtime/way_finder.h"
 
 namespace headway::app {
@@ -43,9 +44,13 @@ class OperatorDesk {
   void fill(remote::OperatorStatus& out, const LiveStatus& status) const;
   /// Called with each way that is shown, and with none when it is over.
   void on_preview(std::function<void(const std::vector<Pose2>&)> show) { show_ = std::move(show); }
-  /// Begins or ends a recording, and says what is the matter when it cannot. Without it there is none.
-  void on_record(std::function<void(bool)> record) { record_ = std::move(record); }
-  void recording(bool on) { recording_ = on; }
+  /// Begins or ends a recording in the folder; throws where it cannot. Without it there is none.
+  void on_record(std::string folder, std::function<void(bool)> record) {
+    record_folder_ = std::move(folder);
+    record_ = std::move(record);
+  }
+  /// How it is now.
+  void recording(const runtime::RecordingState& state) { recording_ = state; }
 
  private:
   /// What the planner needs to know.
@@ -119,9 +124,11 @@ class OperatorDesk {
   std::optional<nav::Goal> paused_;
   bool pause_seen_ = false;     ///< it no longer walks
   std::uint32_t released_ = 0;  ///< times that control was given up
-  bool exploring_ = false, recording_ = false;
+  bool exploring_ = false;
   std::function<void(const std::vector<Pose2>&)> show_;
   std::function<void(bool)> record_;
+  std::string record_folder_;
+  runtime::RecordingState recording_;
 };
 
 }  // namespace headway::app

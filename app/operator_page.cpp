@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "app/field_markers.h"
+#include "app/recording_folder.h"
 #include "app/safety_report.h"
 #include "app/state_folder.h"
 
@@ -12,11 +13,13 @@ namespace {
 
 constexpr Duration kTellEvery = seconds(0.05);
 
-remote::TelemetryConfig telemetry_config(const Robot& robot) {
+remote::TelemetryConfig telemetry_config(const Robot& robot, const nav::FloorGrid& grid) {
   remote::TelemetryConfig config;
   config.resolution = robot.mapper.voxels.resolution;
   config.sole_length = robot.mission.gait.sole_length;
   config.sole_width = robot.mission.gait.sole_width;
+  config.outline = robot.mission.outline;
+  config.grid = grid;
   config.field = field_markers(robot.rig, robot.vision);
   return config;
 }
@@ -61,9 +64,17 @@ OperatorPage::OperatorPage(const ServeOptions& options, const Robot& robot, cons
       clock_(clock),
       head_(robot.mission.head),
       desk_(robot, grid, home, line),
-      telemetry_(telemetry_config(robot)),
+      telemetry_(telemetry_config(robot, grid)),
       server_(server_config(options, robot), telemetry_, clock) {
   desk_.on_preview([this](const std::vector<Pose2>& way) { telemetry_.preview(way); });
+}
+
+void OperatorPage::offer_recording(runtime::Recorder& recorder, const std::filesystem::path& folder) {
+  recorder_ = &recorder;
+  desk_.on_record(folder.string(), [&recorder, folder](bool on) {
+    if (on) require_room_to_record(folder);
+    recorder.record(on);
+  });
 }
 
 void OperatorPage::see(const runtime::FrameSnapshot& snapshot) {
@@ -126,6 +137,7 @@ void OperatorPage::tell(const LiveStatus& status, const Beside& beside, Time now
   out.replans = static_cast<std::uint32_t>(status.mission.replans);
   out.simulated = beside.simulated;
   out.speed = beside.speed;
+  if (runtime::RecordingState recording; recorder_ && recorder_->look(recording)) desk_.recording(recording);
   desk_.fill(out, status);
   if (beside.played) {
     const Beside::Played& played = *beside.played;
@@ -139,6 +151,7 @@ void OperatorPage::tell(const LiveStatus& status, const Beside& beside, Time now
   out.lease_holder = holder.name;
   out.lease = holder.number;
   out.clients = server_.figures().clients;
+  out.viewers = server_.viewers();
   telemetry_.tell(out);
   if (!beside.metrics.empty()) telemetry_.tell_metrics(beside.metrics);
 }

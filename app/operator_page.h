@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -60,6 +61,8 @@ class OperatorPage {
   void serve(const LiveStatus& status, const Beside& beside, Time now);
 
   OperatorDesk& desk() { return desk_; }
+  /// The page begins and ends recordings, in the folder. The recorder must outlive it.
+  void offer_recording(runtime::Recorder& recorder, const std::filesystem::path& folder);
   /// Answers in the desk's place; nothing: the desk does.
   using Answer = std::function<std::optional<std::string>(const remote::Ask&)>;
   void answer_first(Answer answer) { first_ = std::move(answer); }
@@ -79,6 +82,7 @@ class OperatorPage {
   Time told_at_{};
   remote::OperatorStatus status_;
   Answer first_;
+  runtime::Recorder* recorder_ = nullptr;
 };
 
 }  // namespace headway::app

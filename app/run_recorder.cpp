@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "app/recording_folder.h"
 #include "app/state_folder.h"
 
 namespace headway::app {
@@ -13,9 +14,10 @@ runtime::RecorderConfig config_for(const RunRecorderOptions& options, const Robo
   runtime::RecorderConfig config;
   config.picture_bytes = static_cast<std::size_t>(std::max(robot.rig.left.width, 0)) *
                          static_cast<std::size_t>(std::max(robot.rig.left.height, 0));
-  if (!options.record.empty()) {
-    config.files.emplace().folder = options.record;
+  if (!options.record.empty() || options.on_demand) {
+    config.files.emplace().folder = recording_folder(options.record);
     config.files->rotate = robot.recording.file_bytes;
+    config.record_at_once = !options.record.empty();
   }
   const std::string box = options.black_box.empty() ? robot.recording.black_box : options.black_box;
   if (box == "off") return config;

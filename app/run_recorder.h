@@ -15,6 +15,7 @@ namespace headway::app {
 struct RunRecorderOptions {
   std::filesystem::path record;  ///< folder; empty: no recording
   std::string black_box;         ///< folder, or "off"; empty: as the robot file says, or the default
+  bool on_demand = false;        ///< the page may begin and end recordings
 };
 
 /// Made ahead of the session, which must end before it. Ends the recording, and writes the black box where an
@@ -28,7 +29,7 @@ class RunRecorder {
   RunRecorder(const RunRecorder&) = delete;
   RunRecorder& operator=(const RunRecorder&) = delete;
 
-  /// Null where neither is wanted.
+  /// Null where nothing is wanted.
   runtime::Recorder* get() { return recorder_.get(); }
   void start() {
     if (recorder_) recorder_->start();

@@ -23,6 +23,8 @@ enum class Channel : std::uint8_t {
   kField,
   kPreview,
   kVoxels,
+  kPlanBody,
+  kPreviewBody,
 };
 
 struct ChannelKind {
@@ -37,7 +39,7 @@ constexpr ChannelKind channel_of(std::string_view topic, bool latched) {
   return {topic, T::kName, &recording::ros2msg<T>, latched};
 }
 
-inline constexpr std::array<ChannelKind, 10> kChannels{{
+inline constexpr std::array<ChannelKind, 12> kChannels{{
     channel_of<OperatorStatus>("/headway/status", true),
     channel_of<ros::CompressedImage>("/camera/left", false),
     channel_of<ros::PointCloud2>("/points", false),
@@ -48,6 +50,8 @@ inline constexpr std::array<ChannelKind, 10> kChannels{{
     channel_of<ros::MarkerArray>("/field", true),
     channel_of<ros::Path>("/preview", true),
     channel_of<Voxels>("/voxels", true),
+    channel_of<ros::OccupancyGrid>("/plan/body", true),
+    channel_of<ros::OccupancyGrid>("/preview/body", true),
 }};
 constexpr const ChannelKind& kind(Channel channel) { return kChannels[static_cast<std::size_t>(channel)]; }
 

@@ -137,12 +137,13 @@ Heard hear_binary(std::span<const std::byte> bytes) {
   }
 }
 
-std::string server_info(std::string_view robot, std::string_view session, std::string_view role) {
+std::string server_info(std::string_view robot, std::string_view session, std::string_view role,
+                        std::uint64_t viewer) {
   return dumped({{"op", "serverInfo"},
                  {"name", fmt::format("Headway: {}", robot)},
                  {"capabilities", {"services", "clientPublish"}},
                  {"supportedEncodings", {"json", "cdr"}},
-                 {"metadata", {{"role", role}}},
+                 {"metadata", Json{{"role", role}, {"viewer", std::to_string(viewer)}}},
                  {"sessionId", session}});
 }
 

@@ -80,7 +80,9 @@ Heard hear_text(std::string_view text);
 Heard hear_binary(std::span<const std::byte> bytes);
 
 // We -> a client.
-std::string server_info(std::string_view robot, std::string_view session, std::string_view role);
+/// `viewer`: the client's number, by which it finds itself in the status.
+std::string server_info(std::string_view robot, std::string_view session, std::string_view role,
+                        std::uint64_t viewer);
 std::string advertise_channels();
 std::string advertise_services();
 enum class Level : std::uint8_t { kInfo = 0, kWarning = 1, kError = 2 };

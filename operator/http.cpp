@@ -89,7 +89,8 @@ Response respond(const Request& request, http::status status, std::string body, 
   return response;
 }
 
-Response get(const Request& request, std::span<const PageFile> page, Source& source) {
+Response get(const Request& request, std::span<const PageFile> page, Source& source,
+             const std::function<std::string()>& metrics) {
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     Response refused = respond(request, http::status::method_not_allowed, "expected GET\n");
     refused.set(http::field::allow, "GET, HEAD");
@@ -101,7 +102,7 @@ Response get(const Request& request, std::span<const PageFile> page, Source& sou
   if (path == "/") return respond(request, http::status::ok, "Headway was built without its page.\n");
   if (path == "/healthz") return respond(request, http::status::ok, "ok\n");
   if (path == "/metrics")
-    return respond(request, http::status::ok, source.metrics(), "text/plain; version=0.0.4; charset=utf-8");
+    return respond(request, http::status::ok, metrics(), "text/plain; version=0.0.4; charset=utf-8");
   for (const std::string name : {"map.pgm", "map.yaml", "map.bt"})
     if (path == "/" + name) {
       const auto content = source.file(name);

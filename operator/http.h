@@ -1,6 +1,7 @@
 // What a plain HTTP request is answered, but for logging in and upgrades. No sockets.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include <boost/beast/http.hpp>
@@ -20,7 +21,9 @@ Response respond(const Request& request, boost::beast::http::status status, std:
 /// Files of the page and whether the server is alive; all else is for those who were let in.
 bool is_open_to_all(const Request& request, std::span<const PageFile> page);
 
-/// A file of the page, or what the source holds; 404 for all else, 405 for methods that change something.
-Response get(const Request& request, std::span<const PageFile> page, Source& source);
+/// A file of the page, what the source holds, or the metrics; 404 for all else, 405 for methods that change
+/// something.
+Response get(const Request& request, std::span<const PageFile> page, Source& source,
+             const std::function<std::string()>& metrics);
 
 }  // namespace headway::remote

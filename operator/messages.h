@@ -157,6 +157,25 @@ struct MarkerArray {
 
 }  // namespace ros
 
+/// Somebody who looks on, as the server knows him.
+struct ViewerStatus {
+  static constexpr std::string_view kName = "headway_msgs/msg/ViewerStatus";
+  std::uint32_t number = 0;
+  std::string name;  ///< as he called himself when he took control; empty: not yet
+  std::string role, address;
+  bool has_control = false;
+  std::uint64_t sent = 0, missed = 0;  ///< messages
+  static void fields(auto& self, auto&& visit) {
+    visit("number", self.number);
+    visit("name", self.name);
+    visit("role", self.role);
+    visit("address", self.address);
+    visit("has_control", self.has_control);
+    visit("sent", self.sent);
+    visit("missed", self.missed);
+  }
+};
+
 /// All small numbers of the page.
 struct OperatorStatus {
   static constexpr std::string_view kName = "headway_msgs/msg/OperatorStatus";
@@ -186,6 +205,13 @@ struct OperatorStatus {
   double speed = 1;  ///< of a simulation, against real time
   std::uint32_t clients = 0, tour_left = 0;
   bool exploring = false;
+  std::vector<ViewerStatus> viewers;
+  // Of the recording that is made:
+  std::string record_folder;  ///< empty: nothing can be recorded
+  std::string record_file;    ///< that is written, or was last
+  double record_mib = 0;
+  std::uint64_t record_dropped = 0;  ///< rows that there was no time to write
+  std::string record_fault;          ///< why it did not begin, or ended by itself
   // Of a recording that is played:
   std::string recording_name;                            ///< empty: this is no recording
   double played_at = 0, played_from = 0, played_to = 0;  ///< the run's clock [s]
@@ -242,6 +268,12 @@ struct OperatorStatus {
     visit("clients", self.clients);
     visit("tour_left", self.tour_left);
     visit("exploring", self.exploring);
+    visit("viewers", self.viewers);
+    visit("record_folder", self.record_folder);
+    visit("record_file", self.record_file);
+    visit("record_mib", self.record_mib);
+    visit("record_dropped", self.record_dropped);
+    visit("record_fault", self.record_fault);
     visit("recording_name", self.recording_name);
     visit("played_at", self.played_at);
     visit("played_from", self.played_from);

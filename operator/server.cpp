@@ -34,6 +34,7 @@ using asio::ip::tcp;
 using Json = nlohmann::json;
 
 constexpr auto kLook = std::chrono::milliseconds(16);  // between two looks at the source
+constexpr Duration kTellViewers = seconds(0.5);        // who looks on, and what he missed
 constexpr auto kPatience = std::chrono::seconds(5);    // with who sends a request
 constexpr auto kWrongToken = std::chrono::milliseconds(300);
 constexpr std::size_t kLongestHead = 8 * 1024, kLongestBody = 4 * 1024, kMostConnections = 24;
@@ -100,6 +101,10 @@ class Server::Room {
   }
   Lease::Holder holder() { return control_.holder(); }
   ServerFigures figures() const { return {clients_, messages_, dropped_, refused_, calls_}; }
+  const std::vector<ViewerStatus>& viewers() {
+    shown_viewers_.update();
+    return shown_viewers_.value();
+  }
 
  private:
   class Connection;
@@ -126,6 +131,8 @@ class Server::Room {
   void accept_next();
   void run(const std::atomic<bool>& stop);
   void look_around(const std::atomic<bool>& stop);
+  void show_viewers();
+  std::string metrics() const;
   void deliver_answers();
   Response answer(const Request& request);
   Response log_in(const Request& request);
@@ -156,6 +163,8 @@ class Server::Room {
   hal::BoundedQueue<Ask, 64> stops_;
   hal::BoundedQueue<Ask, 256> asks_;
   hal::BoundedQueue<Answer, 256> answers_;
+  hal::NewestSlot<std::vector<ViewerStatus>> shown_viewers_;
+  Time viewers_shown_at_{};
   std::uint64_t gone_messages_ = 0, gone_dropped_ = 0;
   std::atomic<std::uint32_t> clients_{0};
   std::atomic<std::uint64_t> messages_{0}, dropped_{0}, refused_{0}, calls_{0};
@@ -276,11 +285,48 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   for (const auto& [number, viewer] : std::map(viewers_)) {
     viewer->send_news(source_);
     messages += viewer->sent();
-    dropped += viewer->dropped();
+    dropped += viewer->missed(source_);
   }
   clients_ = static_cast<std::uint32_t>(viewers_.size());
   messages_ = messages;
   dropped_ = dropped;
+  show_viewers();
+}
+
+void Server::Room::show_viewers() {
+  const Time now = clock_.now();
+  if (now - viewers_shown_at_ < kTellViewers) return;
+  viewers_shown_at_ = now;
+  std::vector<ViewerStatus> all;
+  for (const auto& [number, viewer] : viewers_)
+    all.push_back({.number = static_cast<std::uint32_t>(number),
+                   .name = viewer->name,
+                   .role = name(viewer->role()),
+                   .address = viewer->address(),
+                   .has_control = control_.holds(number),
+                   .sent = viewer->sent(),
+                   .missed = viewer->missed(source_)});
+  shown_viewers_.publish(all);
+}
+
+/// Those of the robot, and the server's own.
+std::string Server::Room::metrics() const {
+  std::string text = source_.metrics();
+  const auto add = [&](const char* name, const char* type, const char* help, std::uint64_t value) {
+    text += fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n{0} {3}\n", name, help, type, value);
+  };
+  add("headway_page_viewers", "gauge", "Viewers of the operator's page.", clients_);
+  add("headway_page_messages_total", "counter", "Messages sent to viewers.", messages_);
+  add("headway_page_missed_total", "counter", "Messages that viewers were too slow for.", dropped_);
+  add("headway_page_calls_total", "counter", "Calls of services.", calls_);
+  add("headway_page_refused_total", "counter", "Requests and connections that were turned away.", refused_);
+  if (viewers_.empty()) return text;
+  constexpr const char* kMissed = "headway_page_viewer_missed";
+  text += fmt::format("# HELP {0} Messages that a viewer was too slow for.\n# TYPE {0} gauge\n", kMissed);
+  for (const auto& [number, viewer] : viewers_)
+    text += fmt::format("{}{{viewer=\"{}\",role=\"{}\",address=\"{}\"}} {}\n", kMissed, number,
+                        name(viewer->role()), viewer->address(), viewer->missed(source_));
+  return text;
 }
 
 std::optional<Response> Server::Room::refused(const Request& request) {
@@ -308,7 +354,7 @@ Response Server::Room::answer(const Request& request) {
     return respond(request, http::status::unauthorized, "open the page with its token first\n");
   if (request.target() == "/ws")
     return respond(request, http::status::upgrade_required, "expected a WebSocket\n");
-  return get(request, config_.page, source_);
+  return get(request, config_.page, source_, [this] { return metrics(); });
 }
 
 Response Server::Room::log_in(const Request& request) {
@@ -365,7 +411,7 @@ void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
                    [this](Channel channel) { return source_.newest(channel).number; },
                    [this](Viewer& who) {
                      gone_messages_ += who.sent();
-                     gone_dropped_ += who.dropped();
+                     gone_dropped_ += who.missed(source_);
                      viewers_.erase(who.number());
                    }});
   viewers_[number] = viewer;
@@ -443,5 +489,6 @@ std::uint16_t Server::port() const { return room_->port(); }
 std::string Server::address_to_open() const { return room_->address_to_open(); }
 Lease::Holder Server::holder() const { return room_->holder(); }
 ServerFigures Server::figures() const { return room_->figures(); }
+const std::vector<ViewerStatus>& Server::viewers() const { return room_->viewers(); }
 
 }  // namespace headway::remote

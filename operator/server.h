@@ -12,6 +12,7 @@
 
 #include "hal/clock.h"
 #include "operator/lease.h"
+#include "operator/messages.h"
 #include "operator/page_files.h"
 #include "operator/source.h"
 
@@ -61,6 +62,8 @@ class Server {
   std::string address_to_open() const;
   Lease::Holder holder() const;
   ServerFigures figures() const;
+  /// As of half a second ago at most. In one thread.
+  const std::vector<ViewerStatus>& viewers() const;
 
  private:
   class Room;

@@ -1,5 +1,6 @@
 #include "operator/telemetry.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include <turbojpeg.h>
 
 #include "hal/error.h"
+#include "operator/swept.h"
 #include "runtime/recorded_values.h"
 
 namespace headway::remote {
@@ -20,6 +22,11 @@ ros::ColorRgba colour(const SeenFoot& foot) {
   // Left and right, as Okabe and Ito have them; what is committed is solid.
   const float alpha = foot.committed ? 1.0F : 0.55F;
   return foot.left ? ros::ColorRgba{0.0F, 0.45F, 0.7F, alpha} : ros::ColorRgba{0.9F, 0.6F, 0.0F, alpha};
+}
+
+bool same(const std::vector<Pose2>& a, const std::vector<Pose2>& b) {
+  return std::ranges::equal(
+      a, b, [](const Pose2& p, const Pose2& q) { return p.x == q.x && p.y == q.y && p.yaw == q.yaw; });
 }
 
 /// Throws Error where the encoder refuses.
@@ -44,6 +51,8 @@ std::vector<std::uint8_t> jpeg(const hal::GrayImage& image) {
 Telemetry::Telemetry(const TelemetryConfig& config) : config_(config), onlooker_(config.onlooker) {
   put(Channel::kField, config.field);
   put(Channel::kPreview, path({}));
+  put_swept(Channel::kPlanBody, {});
+  put_swept(Channel::kPreviewBody, {});
 }
 
 template <class Message>
@@ -61,7 +70,10 @@ void Telemetry::look(const Wanted& wanted) {
   for (SeenBrick brick; onlooker_.take(brick);) mirror_.take(brick);
   metrics_.update();
   if (status_.update()) put(Channel::kStatus, status_.value());
-  if (preview_.update()) put(Channel::kPreview, path(preview_.value()));
+  if (preview_.update()) {
+    put(Channel::kPreview, path(preview_.value()));
+    put_swept(Channel::kPreviewBody, preview_.value());
+  }
   for (std::size_t i = 0; i < kChannels.size(); ++i)
     if (wanted[i]) make(static_cast<Channel>(i));
 }
@@ -87,9 +99,14 @@ void Telemetry::make(Channel channel) {
       return put(channel, footsteps());
     case Channel::kTf:
       return put(channel, poses());
+    case Channel::kPlanBody:
+      if (same(seen.way, swept_)) return;
+      swept_ = seen.way;
+      return put_swept(channel, swept_);
     case Channel::kStatus:
     case Channel::kField:
     case Channel::kPreview:
+    case Channel::kPreviewBody:
     case Channel::kVoxels:
       return;
   }
@@ -103,6 +120,10 @@ ros::Path Telemetry::path(const std::vector<Pose2>& way) const {
   for (const Pose2& base : way)
     out.poses.push_back(runtime::pose_stamped(base, onlooker_.seen().exposure, kMap));
   return out;
+}
+
+void Telemetry::put_swept(Channel channel, const std::vector<Pose2>& way) {
+  put(channel, swept_floor(way, config_.outline, config_.grid, onlooker_.seen().exposure));
 }
 
 ros::CompressedImage Telemetry::picture() const {

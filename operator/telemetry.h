@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/exchange.h"
+#include "nav/body_outline.h"
 #include "operator/seen.h"
 #include "operator/source.h"
 #include "operator/voxel_mirror.h"
@@ -19,6 +20,8 @@ namespace headway::remote {
 struct TelemetryConfig {
   double resolution = 0.05;                      ///< of the voxels [m]
   double sole_length = 0.22, sole_width = 0.14;  ///< [m]
+  nav::BodyOutline outline;                      ///< of the body
+  nav::FloorGrid grid;                           ///< of the floor in use
   ros::MarkerArray field;                        ///< what the rig can see, in frame camera_left
   Onlooker::Config onlooker{};
 };
@@ -55,6 +58,7 @@ class Telemetry final : public Source {
   ros::TfMessage poses() const;
   ros::Header header() const;
   ros::Path path(const std::vector<Pose2>& way) const;
+  void put_swept(Channel channel, const std::vector<Pose2>& way);
   template <class Message>
   void put(Channel channel, const Message& message);
 
@@ -66,7 +70,7 @@ class Telemetry final : public Source {
   VoxelMirror mirror_;
   std::array<Newest, kChannels.size()> newest_;
   std::array<std::uint64_t, kChannels.size()> made_of_{};  ///< numbers of what they were made of last
-  std::uint64_t previews_ = 0;
+  std::vector<Pose2> swept_;                               ///< the way whose body was put last
 };
 
 }  // namespace headway::remote

@@ -32,7 +32,11 @@ std::vector<std::byte> bytes_of(const std::string& text) {
 }  // namespace
 
 Viewer::Viewer(beast::tcp_stream stream, std::uint64_t number, Role role, Host host)
-    : socket_(std::move(stream)), number_(number), role_(role), host_(std::move(host)) {}
+    : socket_(std::move(stream)), number_(number), role_(role), host_(std::move(host)) {
+  beast::error_code fault;
+  const auto from = beast::get_lowest_layer(socket_).socket().remote_endpoint(fault);
+  if (!fault) address_ = from.address().to_string();
+}
 
 void Viewer::accept(const Request& request, const std::string& robot, const std::string& session) {
   beast::get_lowest_layer(socket_).expires_never();
@@ -51,7 +55,7 @@ void Viewer::accept(const Request& request, const std::string& robot, const std:
   socket_.async_accept(request_, [self = shared_from_this(), robot, session](beast::error_code fault) {
     if (fault) return self->end();
     self->open_ = true;
-    self->say(foxglove::server_info(robot, session, remote::name(self->role_)));
+    self->say(foxglove::server_info(robot, session, remote::name(self->role_), self->number_));
     self->say(foxglove::advertise_channels());
     self->say(foxglove::advertise_services());
     self->listen();
@@ -165,6 +169,16 @@ void Viewer::written(beast::error_code fault) {
 void Viewer::want(Wanted& wanted) const {
   for (const auto& [id, subscription] : subscriptions_)
     wanted[static_cast<std::size_t>(subscription.channel)] = true;
+}
+
+std::uint64_t Viewer::missed(const Source& source) const {
+  std::uint64_t missed = dropped_;
+  for (const auto& [id, subscription] : subscriptions_) {
+    if (subscription.channel == Channel::kVoxels || subscription.last == 0) continue;
+    const std::uint64_t newest = source.newest(subscription.channel).number;
+    if (newest > subscription.last) missed += newest - subscription.last - 1;
+  }
+  return missed;
 }
 
 void Viewer::send_news(Source& source) {

@@ -49,7 +49,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   std::uint64_t number() const { return number_; }
   Role role() const { return role_; }
   std::uint64_t sent() const { return sent_; }
-  std::uint64_t dropped() const { return dropped_; }
+  /// Messages that it was too slow for, also while it still reads the one before them.
+  std::uint64_t missed(const Source& source) const;
+  const std::string& address() const { return address_; }
   std::string name;  ///< as it called itself when it took control
 
  private:
@@ -70,6 +72,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   const std::uint64_t number_;
   const Role role_;
+  std::string address_;
   Host host_;
   boost::beast::flat_buffer heard_;
   Request request_;

@@ -14,6 +14,15 @@ Text text_of(const std::string& text) {
   return out;
 }
 
+recorded::Drops since(const recorded::Drops& before, const recorded::Drops& now) {
+  return {now.can_frames - before.can_frames, now.bus_reports - before.bus_reports, now.steps - before.steps,
+          now.pictures - before.pictures, now.rows - before.rows};
+}
+
+std::uint64_t sum(const recorded::Drops& drops) {
+  return drops.can_frames + drops.bus_reports + drops.steps + drops.pictures + drops.rows;
+}
+
 }  // namespace
 
 std::optional<std::string> new_fault(const BusReport& before, const BusReport& now) {
@@ -45,11 +54,12 @@ std::optional<std::string> new_fault(const BusReport& before, const BusReport& n
 
 Recorder::Recorder(RecorderConfig config, const Preface& preface, hal::Clock& clock, Time begin)
     : config_(std::move(config)),
+      preface_(preface),
       clock_(clock),
       bus_(std::make_unique<BusTap>()),
       frames_(std::make_unique<FrameTap>(config_.picture_bytes)),
       newest_(begin) {
-  if (config_.files) tape_.emplace(*config_.files, preface, begin);
+  if (config_.files && config_.record_at_once) tape_.emplace(*config_.files, preface, begin);
   if (config_.black_box) black_box_.emplace(*config_.black_box, preface);
 }
 
@@ -68,9 +78,10 @@ void Recorder::stop() noexcept {
   pump();
   ended_ = true;
   told([this] { write_black_box(true); });
-  told([this] {
+  taped([this] {
     if (tape_) tape_->finish();
   });
+  told([this] { say_state(); });
 }
 
 /// What is thrown becomes news.
@@ -83,8 +94,21 @@ void Recorder::told(Work&& work) noexcept {
   }
 }
 
+template <class Work>
+void Recorder::taped(Work&& work) noexcept {
+  told([&] {
+    try {
+      work();
+    } catch (const std::exception& fault) {
+      tape_fault_ = fault.what();
+      throw;
+    }
+  });
+}
+
 void Recorder::pump() noexcept {
   if (ended_) return;
+  taped([this] { obey(); });
   told([this] {
     bus_->drain([this](const Row& row) { put(row); }, [this](const BusReport& report) { watch(report); });
     frames_->drain([this](const Row& row) { put(row); });
@@ -96,20 +120,63 @@ void Recorder::pump() noexcept {
     }
   });
   told([this] { write_black_box(false); });
-  told([this] {
+  taped([this] {
     if (tape_) tape_->tend(clock_.now());
   });
+  told([this] { say_state(); });
+}
+
+/// Ahead of what has come since: a recording begins with it, or ends before it.
+void Recorder::obey() {
+  for (bool on = false; orders_.pop(on);) {
+    if (on == records() || !config_.files) continue;
+    tape_fault_.clear();
+    if (on)
+      begin_recording();
+    else
+      tape_->finish();
+  }
+}
+
+void Recorder::begin_recording() {
+  tape_.emplace(*config_.files, preface_, newest_);
+  drops_before_ = drops_;
+  tape_drops_number_ = 0;
+  frames_->want_map();
+}
+
+void Recorder::say_state() {
+  RecordingState state;
+  state.on = records() && !ended_;
+  if (tape_) {
+    state.file = tape_->file().string();
+    state.bytes = tape_->bytes();
+  }
+  state.dropped = sum(since(drops_before_, drops_));
+  state.fault = tape_fault_;
+  state_.publish(state);
+}
+
+bool Recorder::look(RecordingState& state) {
+  if (!state_.update()) return false;
+  state = state_.value();
+  return true;
 }
 
 void Recorder::put(const Row& row) {
   newest_ = std::max(newest_, row.time);
   any_ = true;
   if (black_box_) black_box_->put(row);
-  if (!tape_ || tape_->broken()) return;
+  put_on_tape(row);
+}
+
+void Recorder::put_on_tape(const Row& row) {
+  if (!records()) return;
   try {
     if (tape_->put(row)) frames_->want_map();
   } catch (const std::exception& fault) {
-    tell(std::string("the recording ends here: ") + fault.what());
+    tape_fault_ = std::string("the recording ends here: ") + fault.what();
+    tell(tape_fault_);
   }
 }
 
@@ -127,10 +194,16 @@ void Recorder::note_drops() {
   recorded::Drops now;
   bus_->count(now);
   frames_->count(now);
-  if (!any_ || (now == drops_ && drops_number_ > 0)) return;
+  if (!any_) return;
+  const bool news = now != drops_;
   drops_ = now;
-  const std::vector<std::byte> cdr = recording::to_cdr(now);
-  put({Topic::kDrops, drops_number_++, newest_, cdr});
+  const auto row = [this](std::uint32_t number, const std::vector<std::byte>& cdr) {
+    return Row{Topic::kDrops, number, newest_, cdr};
+  };
+  if (black_box_ && (news || drops_number_ == 0))
+    black_box_->put(row(drops_number_++, recording::to_cdr(now)));
+  if (records() && (news || tape_drops_number_ == 0))
+    put_on_tape(row(tape_drops_number_++, recording::to_cdr(since(drops_before_, now))));
 }
 
 void Recorder::write_black_box(bool ending) {

@@ -93,10 +93,11 @@ bool Replay::take(const Row& row) {
   if (row.topic != Topic::kWork) return true;
   const std::uint32_t expected = next_.value_or(0);
   if (row.sequence != expected)
-    return miss(
-        next_ ? fmt::format("{} works before {:.3f} s were dropped or lost", row.sequence - expected,
-                            to_seconds(row.time))
-              : fmt::format("it begins with work {}, expected the first file of a recording", row.sequence));
+    return miss(next_ ? fmt::format("{} works before {:.3f} s were dropped or lost", row.sequence - expected,
+                                    to_seconds(row.time))
+                      : fmt::format("it begins with work {}, expected the first file of a recording that was "
+                                    "begun with the program",
+                                    row.sequence));
   next_ = row.sequence + 1;
   return work(recording::from_cdr<recorded::Work>(row.cdr));
 }

@@ -213,7 +213,7 @@ TEST(OperatorDesk, SaysWhatIsWrongWithAQuestion) {
   EXPECT_THAT(robot.refusal("plan_preview", {{"x", 0}, {"y", 0}}), HasSubstr("not known yet"));
   EXPECT_THAT(robot.refusal("tour", {{"goals", Json::array()}}), HasSubstr("1 to 50"));
   EXPECT_THAT(robot.refusal("tour", {{"goals", {{1}}}}), HasSubstr("goals[0]"));
-  EXPECT_THAT(robot.refusal("record", {{"on", true}}), HasSubstr("--record"));
+  EXPECT_THAT(robot.refusal("record", {{"on", true}}), HasSubstr("nothing is recorded"));
   EXPECT_THAT(robot.refusal("plan_confirm", {{"plan", -1}}), HasSubstr("plan: expected"));
   EXPECT_THAT(robot.desk.answer(1, "pause", "[", {}, {}), HasSubstr("JSON object"));
   EXPECT_EQ(robot.desk.answer(1, "stop", "[", {}, {}), R"({"ok":true})") << "whatever else is said";

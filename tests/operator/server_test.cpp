@@ -26,7 +26,7 @@ TEST_F(ServerTest, ServesThePageAndItsFiles) {
   EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
   EXPECT_EQ(code(*server_, http::verb::get, "/", {{"If-None-Match", "\"1\""}}), 304);
   EXPECT_EQ(request(*server_, http::verb::get, "/healthz").body(), "ok\n");
-  EXPECT_EQ(request(*server_, http::verb::get, "/metrics").body(), "headway_up 1\n");
+  EXPECT_THAT(request(*server_, http::verb::get, "/metrics").body(), testing::StartsWith("headway_up 1\n"));
   EXPECT_EQ(request(*server_, http::verb::get, "/map.pgm").body(), "P5");
   EXPECT_EQ(code(*server_, http::verb::get, "/map.bt"), 404);
   EXPECT_EQ(code(*server_, http::verb::post, "/"), 405);
@@ -389,6 +389,36 @@ TEST_F(ServerTest, WhoReadsNothingCostsTheOthersNothing) {
   }
   EXPECT_EQ(latched.size(), kChannels.size() - 2) << "all that are latched but the cloud's";
   EXPECT_LT(server_->figures().messages, 60U + 60U) << "the frozen one was not sent what it does not read";
+}
+
+TEST_F(ServerTest, WhatEachViewerMissedIsKnown) {
+  flow_.size_ = 2'000'000;
+  begin();
+  Talker frozen(*server_), healthy(*server_);
+  const auto picture = static_cast<std::size_t>(Channel::kPicture);
+  const std::string subscribe =
+      Json{{"op", "subscribe"}, {"subscriptions", {{{"id", picture}, {"channelId", picture}}}}}.dump();
+  frozen.say(subscribe);
+  healthy.call("take_control", R"({"name":"Ada"})");
+  EXPECT_EQ(healthy.answered().at("ok"), true);
+  ASSERT_TRUE(until([&] {
+    const auto& viewers = server_->viewers();
+    return viewers.size() == 2 && viewers[0].missed > 20 && viewers[1].has_control;
+  }));
+  const std::vector<ViewerStatus> viewers = server_->viewers();
+  EXPECT_EQ(viewers[1].name, "Ada");
+  EXPECT_EQ(viewers[1].missed, 0U);
+  EXPECT_FALSE(viewers[0].has_control);
+  for (const ViewerStatus& viewer : viewers) {
+    EXPECT_EQ(viewer.address, "127.0.0.1");
+    EXPECT_EQ(viewer.role, "operator");
+  }
+  EXPECT_GT(server_->figures().dropped, 20U);
+  const std::string metrics = request(*server_, http::verb::get, "/metrics").body();
+  EXPECT_THAT(metrics, HasSubstr("headway_up 1"));
+  EXPECT_THAT(metrics, HasSubstr("headway_page_viewers 2"));
+  EXPECT_THAT(metrics,
+              HasSubstr(R"(headway_page_viewer_missed{viewer="2",role="operator",address="127.0.0.1"} 0)"));
 }
 
 TEST_F(ServerTest, APortThatIsTakenIsNamed) {

@@ -157,6 +157,71 @@ TEST(Telemetry, ShowsTheWayTheFeetAndWhichOfThemAreCommitted) {
   EXPECT_EQ(way.header.frame_id, "map");
 }
 
+nav::FloorGrid six_metres() { return {.resolution = 0.05, .origin = {-3, -3}, .width = 120, .height = 120}; }
+
+/// Whether the grid says that the body comes to a place.
+bool swept(const ros::OccupancyGrid& grid, double x, double y) {
+  const auto column = static_cast<int>(std::floor((x - grid.info.origin.position.x) / 0.05)),
+             row = static_cast<int>(std::floor((y - grid.info.origin.position.y) / 0.05));
+  const auto width = static_cast<int>(grid.info.width), height = static_cast<int>(grid.info.height);
+  if (column < 0 || row < 0 || column >= width || row >= height) return false;
+  return grid.data.at(static_cast<std::size_t>(row * width + column)) > 0;
+}
+
+TEST(Telemetry, ShowsTheFloorThatTheBodySweepsAlongThePreviewedWay) {
+  TelemetryConfig config;
+  config.grid = six_metres();
+  Shown shown(config);
+  shown.look();
+  EXPECT_TRUE(shown.newest<ros::OccupancyGrid>(Channel::kPreviewBody).data.empty());
+  shown.telemetry.preview({{-2, 0, 0}, {1, 0, 0}, {1, 0, 1.57}, {1, 1.5, 1.57}});
+  shown.look();
+  const auto body = shown.newest<ros::OccupancyGrid>(Channel::kPreviewBody);
+  const double wide = config.outline.half_width + config.outline.clearance();
+  for (double x = -2; x <= 1; x += 0.05) {
+    EXPECT_TRUE(swept(body, x, wide - 0.03)) << x;
+    EXPECT_TRUE(swept(body, x, -wide + 0.03)) << x;
+  }
+  for (double x = -2; x <= 0.3; x += 0.05) EXPECT_FALSE(swept(body, x, wide + 0.06)) << x;
+  for (double y = 0; y <= 1.5; y += 0.05) EXPECT_TRUE(swept(body, 1 + wide - 0.03, y)) << y;
+  EXPECT_FALSE(swept(body, 1, 2.1));
+  EXPECT_LT(body.data.size(), six_metres().size()) << "only the part that holds it";
+  shown.telemetry.preview({});
+  shown.look();
+  EXPECT_TRUE(shown.newest<ros::OccupancyGrid>(Channel::kPreviewBody).data.empty());
+}
+
+TEST(Telemetry, WhatTheBodySweepsStaysOnTheFloorInUse) {
+  TelemetryConfig config;
+  config.grid = six_metres();
+  Shown shown(config);
+  shown.telemetry.preview({{2.9, 2.9, 0}, {8, 8, 0}});
+  shown.look();
+  const auto body = shown.newest<ros::OccupancyGrid>(Channel::kPreviewBody);
+  EXPECT_TRUE(swept(body, 2.9, 2.9));
+  EXPECT_LE(body.info.origin.position.x + 0.05 * body.info.width, 3 + 1e-6);
+  shown.telemetry.preview({{8, 8, 0}, {9, 9, 0}});
+  shown.look();
+  EXPECT_TRUE(shown.newest<ros::OccupancyGrid>(Channel::kPreviewBody).data.empty());
+}
+
+TEST(Telemetry, ShowsTheFloorThatTheBodySweepsAlongTheWayThatIsWalked) {
+  TelemetryConfig config;
+  config.grid = six_metres();
+  config.grid.width = 200;
+  Shown shown(config);
+  shown.bench.until_walking(runtime::kAhead);
+  shown.frame();
+  shown.look();
+  const auto body = shown.newest<ros::OccupancyGrid>(Channel::kPlanBody);
+  for (const auto& pose : shown.newest<ros::Path>(Channel::kPlan).poses)
+    EXPECT_TRUE(swept(body, pose.pose.position.x, pose.pose.position.y));
+  const std::uint64_t number = shown.telemetry.newest(Channel::kPlanBody).number;
+  shown.frame();
+  shown.look();
+  EXPECT_EQ(shown.telemetry.newest(Channel::kPlanBody).number, number) << "the same way is not sent again";
+}
+
 TEST(Telemetry, MakesNothingThatNobodyWants) {
   Shown shown;
   shown.telemetry.look({});

@@ -14,6 +14,7 @@ import { Plots } from "./panels/plots";
 import { ScenePanel } from "./panels/scene_panel";
 import { startTabs } from "./panels/tabs";
 import { TopBar } from "./panels/top_bar";
+import { Viewers } from "./panels/viewers";
 import { byId } from "./ui/dom";
 import { beforeNextFrame } from "./ui/frame";
 import { startTheme } from "./ui/theme";
@@ -60,6 +61,7 @@ new CameraPanel(app);
 new Facts(app);
 new Plots(app);
 new Player(app);
+new Viewers(app);
 window.headway = { scene, map, app };
 // The rest is on the screen, and STOP answers, before the 3D view takes its time.
 beforeNextFrame(() =>

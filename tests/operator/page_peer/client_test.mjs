@@ -2,6 +2,7 @@
 //
 // Subscribes to every channel that is advertised and decodes every message with the schema that came with it; then calls
 // services, well and badly.
+import { existsSync } from "node:fs";
 import protocol from "@foxglove/ws-protocol";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
@@ -57,7 +58,7 @@ function call(name, body, id = services.get(name)) {
 }
 
 try {
-  checks.check("channels are advertised", await until(() => readers.size >= 10), `${readers.size}`);
+  checks.check("channels are advertised", await until(() => readers.size >= 12), `${readers.size}`);
   const topics = [...readers.values()].map(({ channel }) => channel.topic);
   checks.check("every channel sends, and is decoded", await until(() => topics.every((topic) => seen.has(topic))),
     topics.map((topic) => `${topic} ${seen.get(topic)?.count ?? 0}`).join(", "));
@@ -71,9 +72,12 @@ try {
   checks.check("control is taken", taken.ok === true);
   const renewal = setInterval(() => void call("renew", { lease: taken.lease, state: status().number }), 200);
   checks.check("and told to all", await until(() => status().lease_holder === "client"));
+  checks.check("with who looks on, and from where", await until(() => status().viewers.some((viewer) =>
+    viewer.name === "client" && viewer.has_control && viewer.address === "127.0.0.1" && viewer.sent > 0n && viewer.missed >= 0n)));
   const way = await call("plan_preview", { x: 0.2, y: 0.2 });
   checks.check("a way is shown", way.ok === true && way.steps > 5, JSON.stringify({ ...way, way: undefined }));
   checks.check("to all", await until(() => seen.get("/preview").message.poses.length > 5));
+  checks.check("with the floor that the body sweeps", await until(() => seen.get("/preview/body").message.data.some((cell) => cell === 100)));
   checks.check("a goal in a wall is refused with the reason", /no way/.test((await call("plan_preview", { x: -20, y: 0 })).error ?? "") ||
     /outside the floor/.test((await call("plan_preview", { x: -20, y: 0 })).error ?? ""));
   checks.check("an unknown key is refused", /no such key/.test((await call("plan_preview", { x: 0, y: 0, speed: 9 })).error));
@@ -83,6 +87,11 @@ try {
   checks.check("the plan is walked", (await call("plan_confirm", { plan: way.plan })).ok === true && await until(() => !status().at_rest));
   checks.check("and committed steps are marked", await until(() =>
     seen.get("/footsteps").message.markers.some((marker) => marker.ns === "committed")));
+  checks.check("a recording begins", (await call("record", { on: true })).ok === true && await until(() => status().recording));
+  checks.check("in a file that is named, and grows", await until(() => existsSync(status().record_file) && status().record_mib > 0.1),
+    status().record_file);
+  checks.check("and ends", (await call("record", { on: false })).ok === true && await until(() => !status().recording));
+  checks.check("without a fault", status().record_fault === "" && status().record_dropped === 0n, status().record_fault);
   clearInterval(renewal);
   checks.check("without renewals it comes to rest", await until(() => status().at_rest));
   checks.check("and the lease runs out", await until(() => status().lease_holder === ""));

@@ -45,6 +45,7 @@ export class MockRobot {
   tour = [];
   paused = false;
   recording = false;
+  viewers = [];
   exploring = false;
   plans = 0;
   replans = 0;
@@ -201,7 +202,10 @@ export class MockRobot {
       bus_cycles: BigInt(Math.floor(this.now * 200)), bus_missed: BigInt(Math.floor(this.now / 40)),
       bus_wake_max_us: wave(35, 80, 1.1), bus_load: 0.11, plans: this.plans, replans: this.replans,
       recording: this.recording, lease_holder: this.lease.holder, lease: this.lease.number, simulated: true, speed: 1,
-      clients: this.clients, tour_left: this.tour.length, exploring: this.exploring,
+      clients: this.clients, tour_left: this.tour.length, exploring: this.exploring, viewers: this.viewers, record_folder: "/rec",
+      record_file: this.recording ? "/rec/recording_0001_00.mcap" : "", record_mib: this.recording ? 12.3 : 0,
+      record_dropped: 0n, record_fault: "", recording_name: "", played_at: 0, played_from: 0, played_to: 0, played_speed: 1,
+      played_paused: false,
     };
   }
 

@@ -31,6 +31,7 @@ const texts = {
     "string mesh_resource\nvisualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials",
   "visualization_msgs/MarkerArray": "visualization_msgs/Marker[] markers",
   "headway_msgs/Voxels": "float64 resolution\nbool whole\nint32[] keys\nuint8[] occupied\nuint8[] unseen",
+  "headway_msgs/ViewerStatus": "uint32 number\nstring name\nstring role\nstring address\nbool has_control\nuint64 sent\nuint64 missed",
   "headway_msgs/OperatorStatus":
     "int64 stamp_ns\nuint32 number\nstring state\nstring reason\nstring safety\nstring safety_reason\nfloat64 x\nfloat64 y\n" +
     "float64 yaw\nfloat64 pan\nfloat64 tilt\nfloat64 pan_low\nfloat64 pan_high\nfloat64 tilt_low\nfloat64 tilt_high\n" +
@@ -39,7 +40,9 @@ const texts = {
     "uint64 frames_no_pose\nuint64 frames_unusable\nuint64 frames_late\nfloat64 see_ms\nfloat64 map_ms\nfloat64 floor_ms\n" +
     "float64 plan_ms\nfloat64 frame_age_ms\nuint64 bus_cycles\nuint64 bus_missed\nfloat64 bus_wake_max_us\n" +
     "float64 bus_load\nuint32 plans\nuint32 replans\nbool recording\nstring lease_holder\nuint32 lease\nbool simulated\n" +
-    "float64 speed\nuint32 clients\nuint32 tour_left\nbool exploring",
+    "float64 speed\nuint32 clients\nuint32 tour_left\nbool exploring\nheadway_msgs/ViewerStatus[] viewers\nstring record_folder\nstring record_file\n" +
+    "float64 record_mib\nuint64 record_dropped\nstring record_fault\nstring recording_name\nfloat64 played_at\n" +
+    "float64 played_from\nfloat64 played_to\nfloat64 played_speed\nbool played_paused",
 };
 
 const primitive = /^(bool|u?int\d+|float\d+|string)$/;

@@ -10,7 +10,7 @@ export const root = new URL("../../../", import.meta.url).pathname;
 export function serve(program, ...more) {
   const out = mkdtempSync(join(tmpdir(), "headway-page-"));
   const child = spawn(program, ["sim", "config/worlds/lab.yaml", "--range", "--out", join(out, "sim"), "--serve", "--port", "0", ...more],
-    { cwd: root, stdio: ["ignore", "pipe", "inherit"] });
+    { cwd: root, stdio: ["ignore", "pipe", "inherit"], env: { ...process.env, XDG_STATE_HOME: join(out, "state") } });
   return new Promise((done, fail) => {
     let said = "";
     child.stdout.on("data", (bytes) => {

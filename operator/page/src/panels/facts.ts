@@ -2,6 +2,7 @@
 import type { App } from "../state/app";
 import type { OperatorStatus } from "../wire/messages";
 import { byId, el, setText } from "../ui/dom";
+import { recorded } from "../ui/words";
 
 const kBad = /fault|lost|gone|degraded|stop|dead|not homed|error|late/i;
 
@@ -21,7 +22,16 @@ export class Facts {
     this.set("Unusable", `${status.frames_unusable} · ${status.frames_no_pose} no pose`, "");
     this.set("Plans", `${status.plans} · ${status.replans} changed`);
     this.set("Pages open", `${status.clients}`);
+    this.showRecording(status);
     byId("reset").hidden = !/^(fault|safe ?stop)$/i.test(status.safety);
+  }
+
+  private showRecording(status: OperatorStatus): void {
+    const { record_file: file, record_fault: fault } = status;
+    const name = file.slice(file.lastIndexOf("/") + 1);
+    const written = name ? `${name} · ${recorded(status)}` : "";
+    const is = status.recording ? "on" : status.record_folder ? "off" : "not here";
+    this.set("Recording", fault || [is, written].filter(Boolean).join(" · "), fault ? "fault" : "");
   }
 
   private set(name: string, text: string, judged = text): void {

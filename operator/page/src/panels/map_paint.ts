@@ -2,12 +2,14 @@
 import { type Foot, cornersOf } from "../state/feet";
 import type { FloorImage } from "../state/floor_image";
 import type { Goal } from "../state/mission";
+import type { SweptImage } from "../state/swept_image";
 import type { OperatorStatus } from "../wire/messages";
 import { themeColor } from "../ui/theme";
 import type { MapView, Spot } from "./map_view";
 
 export type MapContents = {
   floor: FloorImage;
+  body: SweptImage | null;
   status: OperatorStatus | undefined;
   plan: readonly Spot[];
   preview: readonly Spot[];
@@ -23,6 +25,7 @@ export function paintMap(context: CanvasRenderingContext2D, view: MapView, conte
   context.fillStyle = themeColor("map-unseen");
   context.fillRect(0, 0, view.width, view.height);
   if (contents.floor.known) paintFloor(context, view, contents.floor);
+  if (contents.body) paintFloor(context, view, contents.body);
   paintGrid(context, view);
   paintWay(context, view, contents.plan, themeColor("plan"), 3);
   context.setLineDash([7, 5]);
@@ -35,7 +38,7 @@ export function paintMap(context: CanvasRenderingContext2D, view: MapView, conte
   paintRule(context, view);
 }
 
-function paintFloor(context: CanvasRenderingContext2D, view: MapView, floor: FloorImage): void {
+function paintFloor(context: CanvasRenderingContext2D, view: MapView, floor: FloorImage | SweptImage): void {
   const corner = view.toScreen({ x: floor.x, y: floor.y + floor.height });
   context.imageSmoothingEnabled = false;
   context.drawImage(floor.canvas, corner.x, corner.y, floor.width * view.scale, floor.height * view.scale);

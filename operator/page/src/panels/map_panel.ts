@@ -3,8 +3,9 @@ import type { App } from "../state/app";
 import { feetOf } from "../state/feet";
 import type { FloorImage } from "../state/floor_image";
 import type { Goal } from "../state/mission";
+import type { SweptImage } from "../state/swept_image";
 import type { OperatorStatus } from "../wire/messages";
-import { byId, el, fitCanvas, onClick, setPressed } from "../ui/dom";
+import { byId, el, fitCanvas, onClick, setPressed, setText } from "../ui/dom";
 import { beforeNextFrame } from "../ui/frame";
 import { theme } from "../ui/theme";
 import { degrees, place } from "../ui/words";
@@ -23,7 +24,7 @@ export class MapPanel {
   private shownPose = "";
 
   constructor(private readonly app: App, floor: FloorImage) {
-    this.contents = { floor, status: undefined, plan: [], preview: [], feet: [], pointed: null, tour: [], cross: null };
+    this.contents = { body: null, floor, status: undefined, plan: [], preview: [], feet: [], pointed: null, tour: [], cross: null };
     this.listen();
     new MapInput(this.canvas, this.view, () => this.robot(), {
       point: (goal) => this.update({ pointed: goal ?? app.mission.pointed.value }),
@@ -53,6 +54,8 @@ export class MapPanel {
     link.on("plan", ({ poses }) => this.update({ plan: poses.map(({ pose }) => pose.position) }));
     link.on("preview", ({ poses }) => this.update({ preview: poses.map(({ pose }) => pose.position) }));
     link.on("footsteps", (message) => this.update({ feet: feetOf(message) }));
+    for (const name of ["planBody", "previewBody"] as const) link.on(name, this.draw);
+    this.app.showsBody.watch(this.draw);
     mission.pointed.watch((pointed) => this.update({ pointed }));
     mission.state.watch(() => this.draw());
     mission.tour.watch((tour) => this.showTour(tour));
@@ -85,8 +88,16 @@ export class MapPanel {
     const ratio = canvas.width / canvas.clientWidth;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     const preview = this.app.showsProposal ? this.contents.preview : [];
-    paintMap(context, view, { ...this.contents, preview });
+    paintMap(context, view, { ...this.contents, preview, body: this.shownBody() });
   };
+
+  private shownBody(): SweptImage | null {
+    const { body, showsBody } = this.app;
+    const shown = showsBody.value && body.area > 0 ? body : null;
+    byId("body-legend").hidden = !shown;
+    if (shown) setText(byId("body-area"), `swept by the body: ${shown.area.toFixed(1)} m², cells of ${(100 * shown.cell).toFixed(0)} cm`);
+    return shown;
+  }
 
   private robot(): Spot {
     const { status } = this.app.link;

@@ -3,6 +3,7 @@ import { Vector3 } from "three";
 import type { App } from "../state/app";
 import { feetOf } from "../state/feet";
 import type { FloorImage } from "../state/floor_image";
+import type { SweptImage } from "../state/swept_image";
 import { Cloud } from "../scene/cloud";
 import { kGoalColor, kPlanColor, kPreviewColor } from "../scene/colours";
 import { Ellipsoids, kLarger } from "../scene/ellipsoids";
@@ -16,6 +17,7 @@ import { showLegends } from "../scene/legends";
 import { type Preset, Presets } from "../scene/presets";
 import { RobotBody } from "../scene/robot_body";
 import { Stage } from "../scene/stage";
+import { Swept } from "../scene/swept";
 import { Transforms } from "../scene/transforms";
 import { Voxels } from "../scene/voxels";
 import { type Place, Way, placesOf } from "../scene/ways";
@@ -34,6 +36,7 @@ export class ScenePanel {
   private readonly ellipsoids = new Ellipsoids();
   private readonly field = new Field();
   private readonly floor = new Floor();
+  private readonly body = new Swept();
   private readonly feet = new Feet();
   private readonly plan = new Way(kPlanColor, 0.045, 0.006);
   private readonly preview = new Way(kPreviewColor, 0.06, 0.01, 0.12);
@@ -44,6 +47,7 @@ export class ScenePanel {
   private placed = false;
   private shownPose = "";
   private proposed: Place[] = [];
+  private shownBody: SweptImage | null = null;
 
   constructor(private readonly app: App, private readonly floorImage: FloorImage) {
     this.stage = new Stage(byId<HTMLCanvasElement>("scene-canvas"));
@@ -64,7 +68,7 @@ export class ScenePanel {
 
   private fill(): void {
     this.stage.add(
-      this.floor.object, this.plan.object, this.preview.object, this.feet.object, this.goal.object, this.pointed.object,
+      this.floor.object, this.body.object, this.plan.object, this.preview.object, this.feet.object, this.goal.object, this.pointed.object,
       this.robot.object, this.voxels.occupied, this.cloud.object, this.ellipsoids.sampled, this.ellipsoids.picked,
       this.voxels.unseen, this.field.now.object, this.field.ghost.object,
     );
@@ -72,6 +76,7 @@ export class ScenePanel {
     this.stage.beforeDraw(() => {
       this.cloud.pixels = this.stage.canvas.height;
       this.preview.show(this.app.showsProposal ? this.proposed : []);
+      this.showBody();
       this.place();
     });
   }
@@ -96,10 +101,19 @@ export class ScenePanel {
     link.on("field", drawn((message) => this.takeField(message)));
     link.on("plan", drawn((message) => this.plan.show(placesOf(message))));
     link.on("preview", drawn((message) => (this.proposed = placesOf(message))));
+    link.on("planBody", drawn(() => (this.shownBody = null)));
+    link.on("previewBody", drawn(() => (this.shownBody = null)));
     mission.state.watch(drawn(() => undefined));
     link.on("footsteps", drawn((message) => this.feet.show(feetOf(message))));
     mission.pointed.watch(drawn((goal) => this.pointed.show(goal)));
     whatIf.watch(() => this.stage.draw());
+  }
+
+  private showBody(): void {
+    const { body, showsBody } = this.app;
+    this.body.object.visible = showsBody.value && body.area > 0;
+    if (body !== this.shownBody) this.body.show(body);
+    this.shownBody = body;
   }
 
   private takeField(message: Parameters<Field["take"]>[0]): void {
@@ -146,6 +160,7 @@ export class ScenePanel {
     this.voxels.unseen.visible = layers["unseen"] ?? false;
     this.floor.object.visible = (layers["floor"] ?? true) && this.floorImage.known;
     for (const part of [this.plan, this.preview, this.feet]) part.object.visible = layers["steps"] ?? true;
+    this.app.showsBody.set(layers["body"] ?? true);
     this.ellipsoids.sampled.visible = layers["ellipsoids"] ?? false;
     if (this.ellipsoids.sampled.visible) this.ellipsoids.sample(this.cloud, this.eye());
     this.field.choose(field || "rig");

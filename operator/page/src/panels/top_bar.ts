@@ -2,7 +2,7 @@
 import type { App } from "../state/app";
 import type { OperatorStatus } from "../wire/messages";
 import { byId, onClick, setPressed, setText } from "../ui/dom";
-import { milliseconds } from "../ui/words";
+import { milliseconds, recorded } from "../ui/words";
 
 type Level = "good" | "warn" | "bad" | "off";
 
@@ -26,7 +26,7 @@ export class TopBar {
     lease.number.watch(() => this.showControl());
     link.role.watch(() => this.showControl());
     this.startControl();
-    onClick("record", () => void app.commands.record(!(link.status?.recording ?? false)));
+    onClick("record", () => app.commands.switchRecording());
     setInterval(() => this.showLink(), 500);
   }
 
@@ -48,9 +48,18 @@ export class TopBar {
     byId("safety").title = status.safety_reason;
     byId("simulated").hidden = !status.simulated;
     setText(byId("simulated"), status.speed === 1 ? "simulated" : `simulated × ${status.speed.toFixed(1)}`);
-    setPressed(byId("record"), status.recording);
-    setText(byId("record-text"), status.recording ? "Recording" : "Record");
+    this.showRecorder(status);
     this.showControl();
+  }
+
+  private showRecorder(status: OperatorStatus): void {
+    const { recording, record_folder: folder, record_file: file, record_fault: fault } = status;
+    const what = "images, CAN frames, poses, map, ways and steps (R)";
+    setPressed(byId("record"), recording);
+    byId("record").hidden = folder === "";
+    byId("record").dataset["failed"] = String(fault !== "");
+    byId("record").title = recording ? `Records into ${file}: ${what}` : `${fault ? `${fault}. ` : ""}Records into ${folder}: ${what}`;
+    setText(byId("record-text"), recording ? `Recording ${recorded(status)}` : fault ? "Record (failed)" : "Record");
   }
 
   private showControl(): void {

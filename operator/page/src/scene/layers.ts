@@ -10,7 +10,7 @@ export type Choice = {
 };
 
 const kFirst: Choice = {
-  layers: { cloud: true, ellipsoids: false, occupied: true, unseen: false, floor: true, steps: true, robot: true },
+  layers: { cloud: true, ellipsoids: false, occupied: true, unseen: false, floor: true, body: true, steps: true, robot: true },
   field: "rig",
   colour: "sigma",
 };

@@ -3,6 +3,7 @@ import { Commands } from "./commands";
 import { Lease } from "./lease";
 import { Link } from "./link";
 import { Mission } from "./mission";
+import { SweptImage } from "./swept_image";
 import { Signal } from "../ui/signal";
 
 export type HeadPose = { pan: number; tilt: number };
@@ -14,6 +15,20 @@ export class App {
   readonly commands = new Commands(this.link);
   /** Where the field is shown as if the head looked there; null: only where it looks. */
   readonly whatIf = new Signal<HeadPose | null>(null);
+  /** The floor that the body sweeps: along the way that is walked, and along the one that is proposed. */
+  readonly planBody = new SweptImage();
+  readonly previewBody = new SweptImage();
+  readonly showsBody = new Signal(true);
+
+  constructor() {
+    this.link.on("planBody", (message) => this.planBody.take(message));
+    this.link.on("previewBody", (message) => this.previewBody.take(message));
+  }
+
+  /** The one that matters now: of the proposed way while it is shown. */
+  get body(): SweptImage {
+    return this.showsProposal && this.previewBody.area > 0 ? this.previewBody : this.planBody;
+  }
 
   /** The robot keeps a proposed way until the next; who cancelled it does not want to see it. */
   get showsProposal(): boolean {

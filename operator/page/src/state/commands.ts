@@ -52,6 +52,12 @@ export class Commands {
     return this.tell(on ? "Recording" : "End of recording", "record", { on });
   }
 
+  /** On where it is off, and off where it is on. */
+  switchRecording(): void {
+    const { status } = this.link;
+    if (status && status.record_folder !== "") void this.record(!status.recording);
+  }
+
   reset(): Promise<boolean> {
     return this.tell("Reset", "reset");
   }

@@ -23,6 +23,8 @@ export class Link {
   /** Why the robot let nobody in, or sends what the page cannot read. */
   readonly trouble = new Signal("");
   readonly quality = new Quality();
+  /** The number by which the robot knows this page; 0 before it has told. */
+  viewer = 0;
   private readonly newest: { [N in TopicName]?: Received<N> } = {};
   private readonly handlers: Handlers = {};
   private connection: Connection | null = null;
@@ -77,14 +79,15 @@ export class Link {
     this.openedAt = performance.now();
     this.statuses = 0;
     this.connection = new Connection(`${scheme}://${location.host}/ws`, {
-      opened: (robot, role) => this.opened(robot, role),
+      opened: (robot, role, viewer) => this.opened(robot, role, viewer),
       message: (name, message, bytes) => this.take(name, message, bytes),
       unreadable: (why) => this.trouble.set(`Page and robot do not understand each other (${why}). Load the page again.`),
       closed: () => this.closed(),
     });
   }
 
-  private opened(robot: string, role: string): void {
+  private opened(robot: string, role: string, viewer: number): void {
+    this.viewer = viewer;
     this.robot.set(robot.replace(/^Headway: /, ""));
     this.role.set(role);
     this.state.set("open");

@@ -34,6 +34,12 @@ export function age(ms: number): string {
   return `${(ms / 60e3).toFixed(0)} min`;
 }
 
+/** How much a recording holds, and what it lacks. */
+export function recorded(of: { record_mib: number; record_dropped: number }): string {
+  const { record_mib: mib, record_dropped: missed } = of;
+  return `${mib.toFixed(1)} MiB${missed > 0 ? ` · ${missed} missed` : ""}`;
+}
+
 const kTwoPi = 2 * Math.PI;
 export function wrapAngle(angle: number): number {
   return angle - kTwoPi * Math.round(angle / kTwoPi);

@@ -7,8 +7,8 @@ export type Answer = { ok: boolean; error?: string; [key: string]: unknown };
 export type MessageHandler = <N extends TopicName>(name: N, message: TopicMessage<N>, bytes: number) => void;
 
 export interface ConnectionEvents {
-  /** Services can be called from now on. */
-  opened(robot: string, role: string): void;
+  /** Services can be called from now on. `viewer`: the number by which the robot knows this page. */
+  opened(robot: string, role: string, viewer: number): void;
   message: MessageHandler;
   /** The robot's program sends something this page cannot read. */
   unreadable(why: string): void;
@@ -34,6 +34,7 @@ export class Connection {
   private nextCall = 1;
   private robot = "";
   private role = "viewer";
+  private viewer = 0;
 
   constructor(url: string, private readonly events: ConnectionEvents) {
     this.socket = new WebSocket(url, ["foxglove.sdk.v1", "foxglove.websocket.v1"]);
@@ -86,11 +87,12 @@ export class Connection {
     if (text.op === "serverInfo") {
       this.robot = text.name ?? "";
       this.role = text.metadata?.["role"] ?? "viewer";
+      this.viewer = Number(text.metadata?.["viewer"] ?? 0);
     }
     if (text.op === "advertise") this.subscribe(text.channels ?? []);
     if (text.op === "advertiseServices") {
       for (const { id, name } of text.services ?? []) this.services.set(name.slice(name.lastIndexOf("/") + 1), id);
-      this.events.opened(this.robot, this.role);
+      this.events.opened(this.robot, this.role, this.viewer);
     }
     if (text.op === "serviceCallFailure" && text.callId !== undefined) {
       this.settle(text.callId, { ok: false, error: text.message ?? "the call failed" });

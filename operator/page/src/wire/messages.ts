@@ -39,6 +39,10 @@ export const markerArray = struct({ markers: list(marker) });
 
 export const voxels = struct({ resolution: float64, whole: bool, keys: int32s, occupied: bytes, unseen: bytes });
 
+const viewerStatus = struct({
+  number: uint32, name: string, role: string, address: string, has_control: bool, sent: uint64, missed: uint64,
+});
+
 export const operatorStatus = struct({
   stamp_ns: int64, number: uint32, state: string, reason: string, safety: string, safety_reason: string,
   x: float64, y: float64, yaw: float64, pan: float64, tilt: float64,
@@ -50,6 +54,8 @@ export const operatorStatus = struct({
   bus_cycles: uint64, bus_missed: uint64, bus_wake_max_us: float64, bus_load: float64,
   plans: uint32, replans: uint32, recording: bool, lease_holder: string, lease: uint32,
   simulated: bool, speed: float64, clients: uint32, tour_left: uint32, exploring: bool,
+  viewers: list(viewerStatus),
+  record_folder: string, record_file: string, record_mib: float64, record_dropped: uint64, record_fault: string,
   recording_name: string, played_at: float64, played_from: float64, played_to: float64, played_speed: float64, played_paused: bool,
 });
 
@@ -63,6 +69,7 @@ export type TfMessage = Message<typeof tfMessage>;
 export type Marker = Message<typeof marker>;
 export type MarkerArray = Message<typeof markerArray>;
 export type Voxels = Message<typeof voxels>;
+export type ViewerStatus = Message<typeof viewerStatus>;
 export type OperatorStatus = Message<typeof operatorStatus>;
 
 export const markerType = { cube: 1, triangleList: 11 } as const;

@@ -13,6 +13,8 @@ export const topics = {
   field: { topic: "/field", codec: markerArray },
   preview: { topic: "/preview", codec: path },
   voxels: { topic: "/voxels", codec: voxels },
+  planBody: { topic: "/plan/body", codec: occupancyGrid },
+  previewBody: { topic: "/preview/body", codec: occupancyGrid },
 } as const;
 
 export type TopicName = keyof typeof topics;
