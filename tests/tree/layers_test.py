@@ -59,7 +59,7 @@ ROOMS = {
     "runtime/recording": (["hal/error.h", "hal/time.h", "config/*"], ["fmt", "system", "zstd", "zlib"]),
     "runtime": (["hal/*", "config/*", "vision/*", "nav/*", "runtime/recording/*"],
                 ["Eigen", "fmt", "spdlog", "json", "expected", "threads", "system", "files", "zlib"]),
-    "operator": (["hal/*", "runtime/*", "runtime/recording/*"],
+    "operator": (["hal/*", "runtime/*", "runtime/recording/*", "nav/body_outline.h"],
                  ["Eigen", "fmt", "spdlog", "json", "expected", "Boost", "OpenSSL", "libjpeg", "zlib", "threads", "system", "files"]),
     "app": (["*"], ["*"]),
 }
