@@ -32,6 +32,8 @@ remote::ServerConfig server_config(const ServeOptions& options, const Robot& rob
   config.require_token = options.token;
   config.token_file =
       options.token_file.empty() ? state_folder() / "page_tokens" : std::filesystem::path(options.token_file);
+  if (!options.tls_certificate.empty())
+    config.tls = remote::TlsFiles{options.tls_certificate, options.tls_key};
   config.page = remote::page_files();
   return config;
 }
@@ -56,6 +58,11 @@ void add_serve_options(CLI::App& command, ServeOptions& options) {
       .add_option("--token-file", options.token_file,
                   "Where the page's tokens are kept; default: with the user's state")
       ->needs(serve);
+  CLI::Option* certificate = command.add_option(
+      "--tls-cert", options.tls_certificate, "Certificate (PEM) to serve the page with: https and wss only");
+  CLI::Option* key = command.add_option("--tls-key", options.tls_key, "Its private key (PEM)");
+  certificate->needs(serve)->needs(key)->type_name("FILE");
+  key->needs(certificate)->type_name("FILE");
 }
 
 OperatorPage::OperatorPage(const ServeOptions& options, const Robot& robot, const nav::FloorGrid& grid,

@@ -24,10 +24,11 @@ struct ServeOptions {
   bool serve = false;
   std::string address = "127.0.0.1";
   std::uint16_t port = 8760;
-  bool token = false;      ///< asked for even at a loopback address
-  std::string token_file;  ///< empty: with the user's state
+  bool token = false;                    ///< asked for even at a loopback address
+  std::string token_file;                ///< empty: with the user's state
+  std::string tls_certificate, tls_key;  ///< files; empty: nothing is encrypted
 };
-/// --serve, --port, --address, --token, --token-file.
+/// --serve, --port, --address, --token, --token-file, --tls-cert, --tls-key.
 void add_serve_options(CLI::App& command, ServeOptions& options);
 
 class OperatorPage {

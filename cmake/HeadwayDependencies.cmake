@@ -11,7 +11,7 @@ find_package(octomap REQUIRED)
 find_package(Qhull REQUIRED)
 find_package(HWY REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto SSL)
 
 # Beast and Asio are headers only.
 find_package(Boost 1.74 REQUIRED)

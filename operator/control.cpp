@@ -1,5 +1,6 @@
 #include "operator/control.h"
 
+#include <cstddef>
 #include <optional>
 
 namespace headway::remote {
@@ -8,6 +9,17 @@ using Json = nlohmann::json;
 
 std::string refusal(const std::string& why) {
   return Json{{"ok", false}, {"error", why}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string name_in(const Json& body, std::uint64_t client) {
+  constexpr std::size_t kLongest = 40;
+  const auto found = body.find("name");
+  std::string name = found != body.end() && found->is_string() ? found->get<std::string>() : "";
+  if (name.empty()) return "operator " + std::to_string(client);
+  if (name.size() <= kLongest) return name;
+  std::size_t end = kLongest;  // no part of a UTF-8 character
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
+  return name.substr(0, end);
 }
 
 void Control::look(std::uint32_t status_number) {

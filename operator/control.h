@@ -18,6 +18,9 @@ namespace headway::remote {
 /// An answer that says why not; text of any kind is taken.
 std::string refusal(const std::string& why);
 
+/// As the client numbered so calls itself, at most 40 bytes of it.
+std::string name_in(const nlohmann::json& body, std::uint64_t client);
+
 class Control {
  public:
   /// What the main loop has to know.

@@ -10,7 +10,9 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/detect_ssl.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -20,6 +22,7 @@
 #include "operator/control.h"
 #include "operator/foxglove.h"
 #include "operator/http.h"
+#include "operator/page_metrics.h"
 #include "operator/viewer.h"
 #include "runtime/threads.h"
 
@@ -43,14 +46,6 @@ constexpr int kMostAtOnce = 2;              // asks that serve() answers in one 
 constexpr Duration kAnswered = seconds(2);  // by the main loop, else it is busy
 
 std::string view(beast::string_view text) { return {text.data(), text.size()}; }
-
-/// At most so many bytes, and no part of a UTF-8 character at the end.
-std::string cut(std::string text, std::size_t most) {
-  if (text.size() <= most) return text;
-  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0U) == 0x80U) --most;
-  text.resize(most);
-  return text;
-}
 
 std::vector<std::string> names_of(const ServerConfig& config) {
   std::vector<std::string> names = config.names;
@@ -77,6 +72,7 @@ class Server::Room {
         clock_(clock),
         names_(names_of(config)),
         access_(tokens(config)),
+        tls_(config.tls ? tls_context(*config.tls) : nullptr),
         session_(random_token().substr(0, 16)),
         acceptor_(io_),
         timer_(io_),
@@ -97,7 +93,8 @@ class Server::Room {
     const std::string host = config_.address == "0.0.0.0" || config_.address == "::" ? asio::ip::host_name()
                              : v6 ? "[" + config_.address + "]"
                                   : config_.address;
-    return fmt::format("http://{}:{}/{}", host, port_, tokens_ ? "#token=" + tokens_->operate : "");
+    return fmt::format("{}://{}:{}/{}", tls_ ? "https" : "http", host, port_,
+                       tokens_ ? "#token=" + tokens_->operate : "");
   }
   Lease::Holder holder() { return control_.holder(); }
   ServerFigures figures() const { return {clients_, messages_, dropped_, refused_, calls_}; }
@@ -132,16 +129,18 @@ class Server::Room {
   void run(const std::atomic<bool>& stop);
   void look_around(const std::atomic<bool>& stop);
   void show_viewers();
-  std::string metrics() const;
+  std::vector<ViewerStatus> viewer_statuses() const;
+  /// Those of the robot, and the server's own.
+  std::string metrics() const { return source_.metrics() + page_metrics(figures(), viewer_statuses()); }
   void deliver_answers();
   Response answer(const Request& request);
   Response log_in(const Request& request);
   std::optional<Response> refused(const Request& request);
   std::optional<Response> refused_upgrade(const Request& request);
-  void upgrade(beast::tcp_stream stream, const Request& request);
+  Response only_encrypted(const Request& request) const;
+  void upgrade(Wire wire, const Request& request);
   void call(Viewer& viewer, const foxglove::Call& call);
   std::optional<std::string> answered_here(Viewer& viewer, std::string_view service, const Json& body);
-  std::string take_control(Viewer& viewer, const Json& body);
   void pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service);
 
   ServerConfig config_;
@@ -150,6 +149,7 @@ class Server::Room {
   std::optional<Tokens> tokens_;
   const std::vector<std::string> names_;
   Access access_;
+  std::unique_ptr<asio::ssl::context> tls_;  ///< null: nothing is encrypted
   std::string session_;
   asio::io_context io_{1};
   tcp::acceptor acceptor_;
@@ -174,17 +174,36 @@ class Server::Room {
 /// One that has asked for no upgrade yet: requests, one after the other.
 class Server::Room::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, Room& room) : stream_(std::move(socket)), room_(room) {
-    ++room_.connections_;
-  }
+  Connection(tcp::socket socket, Room& room) : wire_(std::move(socket)), room_(room) { ++room_.connections_; }
   ~Connection() { --room_.connections_; }
 
+  /// Encrypted or not: where all is to be, what is not gets an answer that says so.
+  void start() {
+    if (!room_.tls_) return read();
+    wire_.next_layer().expires_after(kPatience);
+    beast::async_detect_ssl(wire_.next_layer(), buffer_,
+                            [self = shared_from_this()](beast::error_code fault, bool encrypted) {
+                              if (fault) return self->refused();
+                              encrypted ? self->begin_tls() : self->read();
+                            });
+  }
+
+ private:
+  void refused() { ++room_.refused_; }
+  void begin_tls() {
+    wire_.async_begin_tls(*room_.tls_, buffer_.data(),
+                          [self = shared_from_this()](beast::error_code fault, std::size_t used) {
+                            if (fault) return self->refused();
+                            self->buffer_.consume(used);
+                            self->read();
+                          });
+  }
   void read() {
     parser_.emplace();
     parser_->header_limit(kLongestHead);
     parser_->body_limit(kLongestBody);
-    stream_.expires_after(kPatience);
-    http::async_read(stream_, buffer_, *parser_,
+    wire_.next_layer().expires_after(kPatience);
+    http::async_read(wire_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code fault, std::size_t) {
                        if (!fault) return self->handle();
                        ++self->room_.refused_;
@@ -192,18 +211,17 @@ class Server::Room::Connection : public std::enable_shared_from_this<Connection>
                          self->refuse("the request is too long\n");
                      });
   }
-
- private:
   void handle() {
     const Request request = parser_->release();
+    if (room_.tls_ && !wire_.has_tls()) return write(room_.only_encrypted(request));
     if (boost::beast::websocket::is_upgrade(request) && !room_.refused(request)) {
       auto no = room_.refused_upgrade(request);
-      return no ? write(*std::move(no)) : room_.upgrade(std::move(stream_), request);
+      return no ? write(*std::move(no)) : room_.upgrade(std::move(wire_), request);
     }
     Response response = room_.answer(request);
     if (response.result() != http::status::unauthorized || request.method() != http::verb::post)
       return write(std::move(response));
-    delay_.emplace(stream_.get_executor(), kWrongToken);  // so that guessing takes its time
+    delay_.emplace(wire_.get_executor(), kWrongToken);  // so that guessing takes its time
     delay_->async_wait([self = shared_from_this(), response = std::move(response)](
                            beast::error_code) mutable { self->write(std::move(response)); });
   }
@@ -216,16 +234,16 @@ class Server::Room::Connection : public std::enable_shared_from_this<Connection>
   }
   void write(Response response) {
     response_ = std::move(response);
-    stream_.expires_after(kPatience);
-    http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code fault, std::size_t) {
+    wire_.next_layer().expires_after(kPatience);
+    http::async_write(wire_, response_, [self = shared_from_this()](beast::error_code fault, std::size_t) {
       if (fault) return;
       if (self->response_.keep_alive()) return self->read();
       beast::error_code ignored;
-      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+      self->wire_.next_layer().socket().shutdown(tcp::socket::shutdown_send, ignored);
     });
   }
 
-  beast::tcp_stream stream_;
+  Wire wire_;
   Room& room_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -261,7 +279,7 @@ void Server::Room::run(const std::atomic<bool>& stop) {
 void Server::Room::accept_next() {
   acceptor_.async_accept([this](beast::error_code fault, tcp::socket socket) {
     if (!fault && connections_ < kMostConnections)
-      std::make_shared<Connection>(std::move(socket), *this)->read();
+      std::make_shared<Connection>(std::move(socket), *this)->start();
     else
       ++refused_;
     accept_next();
@@ -293,10 +311,7 @@ void Server::Room::look_around(const std::atomic<bool>& stop) {
   show_viewers();
 }
 
-void Server::Room::show_viewers() {
-  const Time now = clock_.now();
-  if (now - viewers_shown_at_ < kTellViewers) return;
-  viewers_shown_at_ = now;
+std::vector<ViewerStatus> Server::Room::viewer_statuses() const {
   std::vector<ViewerStatus> all;
   for (const auto& [number, viewer] : viewers_)
     all.push_back({.number = static_cast<std::uint32_t>(number),
@@ -306,27 +321,14 @@ void Server::Room::show_viewers() {
                    .has_control = control_.holds(number),
                    .sent = viewer->sent(),
                    .missed = viewer->missed(source_)});
-  shown_viewers_.publish(all);
+  return all;
 }
 
-/// Those of the robot, and the server's own.
-std::string Server::Room::metrics() const {
-  std::string text = source_.metrics();
-  const auto add = [&](const char* name, const char* type, const char* help, std::uint64_t value) {
-    text += fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n{0} {3}\n", name, help, type, value);
-  };
-  add("headway_page_viewers", "gauge", "Viewers of the operator's page.", clients_);
-  add("headway_page_messages_total", "counter", "Messages sent to viewers.", messages_);
-  add("headway_page_missed_total", "counter", "Messages that viewers were too slow for.", dropped_);
-  add("headway_page_calls_total", "counter", "Calls of services.", calls_);
-  add("headway_page_refused_total", "counter", "Requests and connections that were turned away.", refused_);
-  if (viewers_.empty()) return text;
-  constexpr const char* kMissed = "headway_page_viewer_missed";
-  text += fmt::format("# HELP {0} Messages that a viewer was too slow for.\n# TYPE {0} gauge\n", kMissed);
-  for (const auto& [number, viewer] : viewers_)
-    text += fmt::format("{}{{viewer=\"{}\",role=\"{}\",address=\"{}\"}} {}\n", kMissed, number,
-                        name(viewer->role()), viewer->address(), viewer->missed(source_));
-  return text;
+void Server::Room::show_viewers() {
+  const Time now = clock_.now();
+  if (now - viewers_shown_at_ < kTellViewers) return;
+  viewers_shown_at_ = now;
+  shown_viewers_.publish(viewer_statuses());
 }
 
 std::optional<Response> Server::Room::refused(const Request& request) {
@@ -375,8 +377,20 @@ Response Server::Room::log_in(const Request& request) {
     return respond(request, http::status::unauthorized, "that is not the token\n");
   Response in = respond(request, http::status::no_content, "");
   if (!login.cookie.empty())
-    in.set(http::field::set_cookie, login.cookie + "; HttpOnly; SameSite=Strict; Path=/");
+    in.set(http::field::set_cookie,
+           login.cookie + "; HttpOnly; SameSite=Strict; Path=/" + (tls_ ? "; Secure" : ""));
   return in;
+}
+
+/// What was asked for in the clear may have carried a token: it is not even looked at.
+Response Server::Room::only_encrypted(const Request& request) const {
+  const std::string host = view(request[http::field::host]);
+  const bool ours = is_our_host(host, config_.address, names_);
+  Response no =
+      respond(request, http::status::bad_request,
+              fmt::format("this server is encrypted: open https://{}\n", ours ? host + "/" : "..."));
+  no.keep_alive(false);
+  return no;
 }
 
 std::optional<Response> Server::Room::refused_upgrade(const Request& request) {
@@ -402,11 +416,11 @@ std::optional<Response> Server::Room::refused_upgrade(const Request& request) {
 }
 
 /// One that is not refused.
-void Server::Room::upgrade(beast::tcp_stream stream, const Request& request) {
+void Server::Room::upgrade(Wire wire, const Request& request) {
   const Role role = access_.role_of(view(request[http::field::cookie]));
   const std::uint64_t number = ++last_viewer_;
   const auto viewer = std::make_shared<Viewer>(
-      std::move(stream), number, role,
+      std::move(wire), number, role,
       Viewer::Host{[this](Viewer& who, const foxglove::Call& what) { call(who, what); },
                    [this](Channel channel) { return source_.newest(channel).number; },
                    [this](Viewer& who) {
@@ -435,19 +449,11 @@ std::optional<std::string> Server::Room::answered_here(Viewer& viewer, std::stri
                                                        const Json& body) {
   if (service == "ping")
     return Json{{"ok", true}, {"now_ns", clock_.now().time_since_epoch().count()}}.dump();
-  if (service == "take_control") return take_control(viewer, body);
+  if (service == "take_control")
+    return control_.take(viewer.number(), viewer.name = name_in(body, viewer.number()));
   if (service == "renew") return control_.renew(viewer.number(), body);
   if (service == "release_control") return control_.release(viewer.number());
   return std::nullopt;
-}
-
-std::string Server::Room::take_control(Viewer& viewer, const Json& body) {
-  constexpr std::size_t kLongestName = 40;
-  const auto name = body.find("name");
-  std::string text = name != body.end() && name->is_string() ? name->get<std::string>() : "";
-  if (text.empty()) text = fmt::format("operator {}", viewer.number());
-  viewer.name = cut(std::move(text), kLongestName);
-  return control_.take(viewer.number(), viewer.name);
 }
 
 void Server::Room::pass_on(Viewer& viewer, const foxglove::Call& call, const std::string& service) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "operator/messages.h"
 #include "operator/page_files.h"
 #include "operator/source.h"
+#include "operator/tls.h"
 
 namespace headway::remote {
 
@@ -24,6 +26,7 @@ struct ServerConfig {
   std::vector<std::string> names;    ///< other than addresses, that browsers may know it by
   bool require_token = false;        ///< any address but a loopback's asks for one anyway
   std::filesystem::path token_file;  ///< made where it is missing
+  std::optional<TlsFiles> tls;       ///< nothing: nothing is encrypted
   std::string robot = "robot";
   std::span<const PageFile> page;
   std::size_t most_clients = 8;
@@ -45,7 +48,7 @@ struct ServerFigures {
 class Server {
  public:
   /// Listens from now on. Source and clock must outlive it. Throws InputError for an address or a port that
-  /// cannot be listened at, and as tokens_in().
+  /// cannot be listened at, and as tokens_in() and tls_context().
   Server(const ServerConfig& config, Source& source, const hal::Clock& clock);
   ~Server();
   Server(const Server&) = delete;

@@ -31,8 +31,8 @@ std::vector<std::byte> bytes_of(const std::string& text) {
 
 }  // namespace
 
-Viewer::Viewer(beast::tcp_stream stream, std::uint64_t number, Role role, Host host)
-    : socket_(std::move(stream)), number_(number), role_(role), host_(std::move(host)) {
+Viewer::Viewer(Wire wire, std::uint64_t number, Role role, Host host)
+    : socket_(std::move(wire)), number_(number), role_(role), host_(std::move(host)) {
   beast::error_code fault;
   const auto from = beast::get_lowest_layer(socket_).socket().remote_endpoint(fault);
   if (!fault) address_ = from.address().to_string();

@@ -18,6 +18,7 @@
 #include "operator/foxglove.h"
 #include "operator/http.h"
 #include "operator/source.h"
+#include "operator/wire.h"
 
 namespace headway::remote {
 
@@ -33,7 +34,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::function<std::uint64_t(Channel)> newest;  ///< number of the newest message
     std::function<void(Viewer&)> gone;
   };
-  Viewer(boost::beast::tcp_stream stream, std::uint64_t number, Role role, Host host);
+  Viewer(Wire wire, std::uint64_t number, Role role, Host host);
 
   /// Shakes hands and tells what there is. The request must be an upgrade with one of our subprotocols.
   void accept(const Request& request, const std::string& robot, const std::string& session);
@@ -69,7 +70,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void written(boost::beast::error_code fault);
   void end();
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<Wire> socket_;
   const std::uint64_t number_;
   const Role role_;
   std::string address_;

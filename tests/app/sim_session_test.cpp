@@ -148,7 +148,7 @@ std::ptrdiff_t steps_over(const SimSession& session) {
 TEST(SimSession, StepsOverALowBarWhenItMay) {
   Robot robot = hrp2();
   step_over(0.06, robot);
-  SimSession session(robot, world("step_over"), range_mode(6));
+  SimSession session(robot, world("step_over"), range_mode(7));
   const SimOutcome outcome = session.run();
   EXPECT_TRUE(outcome.arrived) << outcome.end << ": " << outcome.reason;
   EXPECT_FALSE(outcome.collision);
