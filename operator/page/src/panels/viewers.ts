@@ -21,8 +21,9 @@ export class Viewers {
 
 function row(viewer: ViewerStatus, own: boolean): HTMLElement {
   const name = viewer.name || `${viewer.role} ${viewer.number}`;
-  const who = `${own ? `${name} (this page)` : name}${viewer.has_control ? " · has control" : ""}`;
-  const line = el("tr", {}, el("th", { scope: "row" }, who), el("td", {}, viewer.role), el("td", {}, viewer.address), el("td", {}, `${viewer.missed}`));
+  const who = `${own ? `${name} (you)` : name}${viewer.has_control ? ", in control" : ""}`;
+  const from = el("span", { class: "from" }, ` ${viewer.role}, ${viewer.address}`);
+  const line = el("tr", {}, el("th", { scope: "row" }, who, from), el("td", {}, `${viewer.missed}`));
   line.dataset["control"] = String(viewer.has_control);
   line.dataset["own"] = String(own);
   return line;
