@@ -146,6 +146,8 @@ void OperatorPage::tell(const LiveStatus& status, const Beside& beside, Time now
   out.speed = beside.speed;
   if (runtime::RecordingState recording; recorder_ && recorder_->look(recording)) desk_.recording(recording);
   desk_.fill(out, status);
+  // What was stopped is given up, unless it is only paused.
+  if (status.state == runtime::MissionState::kStopped && !out.paused) out.has_goal = false;
   if (beside.played) {
     const Beside::Played& played = *beside.played;
     const auto s = [](Time t) { return to_seconds(t.time_since_epoch()); };

@@ -57,7 +57,8 @@ export class CommandBar {
 
   private show(status: OperatorStatus): void {
     const list = status.tour_left > 0 ? `, ${status.tour_left} more on the list` : "";
-    setText(byId("state"), `${capital(status.state)}${status.paused ? " (paused)" : ""}${list}`);
+    const state = status.state === "stopped" && !status.at_rest ? "stopping" : status.state;
+    setText(byId("state"), `${capital(state)}${status.paused ? " (paused)" : ""}${list}`);
     byId("now").dataset["state"] = status.state;
     setText(byId("reason"), status.reason);
     setText(byId("next"), status.next || "Nothing: it waits.");
@@ -73,7 +74,7 @@ export class CommandBar {
     byId("nearest").hidden = !(state.kind === "refused" && state.nearest);
     if (state.kind === "asking") this.words(`${state.title}: looking for a way…`, "");
     if (state.kind === "proposed") this.propose(state.proposal);
-    if (state.kind === "refused") this.words(`No way: ${state.reason}`, state.nearest ? `Nearest place it can reach: ${state.nearest.map((v) => v.toFixed(2)).join(", ")} m` : state.title);
+    if (state.kind === "refused") this.words(`No way: ${state.reason.replace(/^no way( there)?: /, "")}`, state.nearest ? `Nearest place it can reach: ${state.nearest.map((v) => v.toFixed(2)).join(", ")} m` : state.title);
   }
 
   private propose(proposal: Proposal): void {
