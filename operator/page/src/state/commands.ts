@@ -3,6 +3,7 @@ import { Signal } from "../ui/signal";
 import type { Link } from "./link";
 
 const kStopAgainMs = 200;
+const kLookAgainMs = 250;
 
 export type Outcome = { text: string; failed: boolean };
 
@@ -11,6 +12,8 @@ export class Commands {
 
   private stopOwed = false;
   private stopping = false;
+  private looking = false;
+  private nextLook: { pan: number; tilt: number } | null = null;
 
   constructor(private readonly link: Link) {
     link.state.watch((state) => {
@@ -26,6 +29,7 @@ export class Commands {
     const taken = await this.tell("Stop", "stop");
     this.stopping = false;
     if (taken) this.stopOwed = false;
+    else this.outcome.set({ text: `${this.outcome.value.text}. It is told again as soon as the robot can be reached.`, failed: true });
   }
 
   private payStop(): void {
@@ -40,8 +44,21 @@ export class Commands {
     return this.tell("Resume", "resume");
   }
 
-  look(pan: number, tilt: number): Promise<boolean> {
-    return this.tell("Look", "look", { pan, tilt });
+  /** The newest of many, as often as the robot takes one with its frames. */
+  async look(pan: number, tilt: number): Promise<boolean> {
+    if (this.looking) {
+      this.nextLook = { pan, tilt };
+      return true;
+    }
+    this.looking = true;
+    const taken = await this.tell("Look", "look", { pan, tilt });
+    setTimeout(() => {
+      this.looking = false;
+      const next = this.nextLook;
+      this.nextLook = null;
+      if (next) void this.look(next.pan, next.tilt);
+    }, kLookAgainMs);
+    return taken;
   }
 
   lookAround(): Promise<boolean> {
