@@ -29,19 +29,6 @@ void Wire::exchange_with(hal::CanBus& robot) {
   while (robot.receive({&frame, 1}) > 0) to_loop_.push(frame);
 }
 
-/// Of a camera that never shows anything: the frame loop only looks for frames.
-class LiveBus::ShutEyes final : public runtime::Eyes {
- public:
-  std::optional<runtime::FrameStamp> take() override { return std::nullopt; }
-  const vision::RangeView& see() override { return view_; }
-  Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
-  const std::string& fault() const override { return fault_; }
-
- private:
-  vision::RangeView view_;
-  std::string fault_;
-};
-
 namespace {
 
 sim::World laboratory() { return sim::read_world(source_dir() / "config/worlds/lab.yaml"); }
@@ -65,10 +52,9 @@ app::Robot with(app::Robot robot, const runtime::RealTime& real_time) {
 
 LiveBus::LiveBus(const app::Robot& robot, const runtime::RealTime& real_time)
     : node_(robot, laboratory(), {}, false, clock_.now()),
-      eyes_(std::make_unique<ShutEyes>()),
       session_(std::make_unique<app::LiveSession>(
           with(robot, real_time), app::LiveOptions{.start = laboratory().start, .floor = {8, 8}, .goal = {}},
-          wire_, *eyes_, clock_)) {
+          wire_, eyes_, clock_)) {
   session_->start();
   nodes_ = std::thread([this, processor = real_time.bus_processor] { move_robot(processor); });
 }

@@ -12,6 +12,7 @@
 #include "app/live_session.h"
 #include "app/node_session.h"
 #include "hal/exchange.h"
+#include "tests/shut_eyes.h"
 
 namespace headway::bench {
 
@@ -51,14 +52,12 @@ class LiveBus {
   Result stop();
 
  private:
-  class ShutEyes;
-
   void move_robot(std::optional<int> bus_processor);
 
   hal::ScaledClock clock_{1};
   app::NodeSession node_;
   Wire wire_;
-  std::unique_ptr<ShutEyes> eyes_;
+  test::ShutEyes eyes_;
   std::unique_ptr<app::LiveSession> session_;
   std::atomic<bool> over_{false};
   std::thread nodes_;

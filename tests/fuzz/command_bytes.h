@@ -12,26 +12,13 @@
 #include "app/live_control.h"
 #include "app/live_session.h"
 #include "hal/clock.h"
-#include "runtime/eyes.h"
 #include "tests/fuzz/any_bytes.h"
 #include "tests/fuzz/heard_bus.h"
 #include "tests/fuzz/promise.h"
+#include "tests/shut_eyes.h"
 #include "tests/source_dir/source_dir.h"
 
 namespace headway::fuzz {
-
-/// See nothing.
-class ShutEyes final : public runtime::Eyes {
- public:
-  std::optional<runtime::FrameStamp> take() override { return std::nullopt; }
-  const vision::RangeView& see() override { return view_; }
-  Eigen::Isometry3d left_from_view() const override { return Eigen::Isometry3d::Identity(); }
-  const std::string& fault() const override { return fault_; }
-
- private:
-  vision::RangeView view_;
-  std::string fault_;
-};
 
 /// The program with a silent bus, before it is started.
 class Listener {
@@ -87,7 +74,7 @@ class Listener {
   app::Robot robot_ = app::read_robot(source_dir() / "config/hrp2/robot.yaml");
   hal::ManualClock clock_;
   HeardBus bus_;
-  ShutEyes eyes_;
+  test::ShutEyes eyes_;
   std::optional<app::LiveSession> session_;
   bool has_changed_ = false;
 };
